@@ -37,13 +37,22 @@ pub fn around(
     let clearance = f64::from(from.threshold().units()) + mesh.chord_error() + 2.0;
     let mut search = ChannelSearch::new(mesh, (from.point(), to), clearance, within)?;
     for _ in 0..CHANNELS {
-        let channel = search.channel()?;
+        let channel = search.channel();
+        if std::env::var("DBG").is_ok() && channel.is_none() {
+            eprintln!("DBG no channel");
+        }
+        let channel = channel?;
         let mut refused_at = xy(from.point());
         for (more, turn) in FITS {
             let proposed = taut(from.point(), to, &channel, clearance + more, turn);
             match certified(part, from, &proposed, (clearance + more, within)) {
                 Ok(path) => return Some(shortened(part, from, &path)),
-                Err(at) => refused_at = at,
+                Err(at) => {
+                    if std::env::var("DBG").is_ok() {
+                        eprintln!("DBG fit {more} at {at:?}\n channel {channel:?}\n proposed {proposed:?}\n {from:?} {to:?} {clearance}");
+                    }
+                    refused_at = at
+                }
             }
         }
         if !search.refuse(&channel, refused_at) {

@@ -1,17 +1,15 @@
 //! Paths pulled taut: the shortest path of a disc's centre through a channel.
 //!
-//! The path bends only around ends of portals, in arcs. The funnel algorithm compares the directions of
-//! tangents in place of the directions to points.
+//! The path bends only around ends of portals, in arcs. The funnel algorithm of
+//! D. T. Lee and F. P. Preparata (1984) compares the directions of tangents in place of those to points.
 
+use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
 use keepout_kernel::curve::xy;
 use keepout_kernel::{Point, curve};
 
-use super::channel::{Portal, Xy};
-
-/// Directions that differ by less are equal but for rounding, radians.
-const SAME: f64 = 1e-9;
+use super::channel::{Portal, Xy, distance};
 
 /// A place where the path bends: around a corner of the part, or its start or end.
 #[derive(Clone, Copy)]
@@ -21,13 +19,55 @@ struct Pin {
     bend: f64,
 }
 
-/// Limit of the directions in which the path can leave a pin: the tangent to another pin.
-#[derive(Clone, Copy)]
-struct Limit {
-    direction: f64,
-    pin: Pin,
-    /// The last portal that has this pin.
-    portal: usize,
+/// The funnel: all shortest paths from the start to the last portal.
+struct Funnel {
+    radius: f64,
+    /// The bends that these paths have in common. They part after the last one.
+    common: Vec<Pin>,
+    /// The bends to the left end of the portal.
+    left: VecDeque<Pin>,
+    /// The bends to its right end.
+    right: VecDeque<Pin>,
+}
+
+impl Funnel {
+    /// Narrows the funnel to a new end of a portal, on the left or on the right.
+    fn add(&mut self, pin: Pin, on_left: bool) {
+        let Self { radius, common, left, right } = self;
+        let (own, other, sign) = if on_left { (left, right, 1.0) } else { (right, left, -1.0) };
+        let apex = |common: &[Pin]| common.last().copied().unwrap_or(pin);
+        if own.back().map_or(apex(common), |&last| last).centre == pin.centre {
+            return;
+        }
+        // Angle from the tangent to one pin to the tangent to another, away from this side.
+        let inward = |from: Pin, one: Pin, other: Pin| {
+            -sign * turned(tangent(from, one, *radius), tangent(from, other, *radius))
+        };
+        while let Some(&last) = own.back() {
+            let before = own.len().checked_sub(2).map_or(apex(common), |index| own[index]);
+            if inward(before, last, pin) < 0.0 {
+                break;
+            }
+            own.pop_back();
+        }
+        while let Some(first) = other.front().copied().filter(|_| own.is_empty()) {
+            let from = apex(common);
+            if inward(from, first, pin) <= 0.0 {
+                break;
+            }
+            if reach(from, pin, *radius) < reach(from, first, *radius) {
+                // The way to the other side bends around the new pin.
+                common.push(pin);
+                while other.len() > 1 && inward(pin, other[0], other[1]) < 0.0 {
+                    other.pop_front();
+                }
+                return;
+            }
+            common.push(first);
+            other.pop_front();
+        }
+        own.push_back(pin);
+    }
 }
 
 /// Points of the shortest path from `from` to `to` through the portals, without `from`. The path keeps
@@ -35,55 +75,17 @@ struct Limit {
 /// for its arcs.
 #[must_use]
 pub fn taut(from: Point, to: Point, portals: &[Portal], radius: f64, turn: f64) -> Vec<Point> {
-    let mut pins = vec![Pin { centre: xy(from), bend: 0.0 }];
-    let mut first = 0;
-    let end = Pin { centre: xy(to), bend: 0.0 };
-    // Each round ends nearer to the last portal, or stays there at another pin.
-    for _ in 0..2 * portals.len() + 2 {
-        let last = pins[pins.len() - 1];
-        match next_pin(last, end, portals, first, radius) {
-            Some(limit) => {
-                pins.push(limit.pin);
-                first = limit.portal + 1;
-            }
-            None => break,
-        }
+    let start = Pin { centre: xy(from), bend: 0.0 };
+    let mut funnel =
+        Funnel { radius, common: vec![start], left: VecDeque::new(), right: VecDeque::new() };
+    for portal in portals {
+        funnel.add(Pin { centre: xy(portal.left), bend: 1.0 }, true);
+        funnel.add(Pin { centre: xy(portal.right), bend: -1.0 }, false);
     }
-    pins.push(end);
+    funnel.add(Pin { centre: xy(to), bend: 0.0 }, true);
+    let mut pins = funnel.common;
+    pins.extend(funnel.left);
     rounded(&pins, radius, turn)
-}
-
-/// The next corner around which the path bends; `None` when it can go straight to the end.
-fn next_pin(apex: Pin, end: Pin, portals: &[Portal], first: usize, radius: f64) -> Option<Limit> {
-    let (mut left, mut right): (Option<Limit>, Option<Limit>) = (None, None);
-    let towards = |pin: Pin, near: Option<Limit>| {
-        let direction = tangent(apex, pin, radius);
-        near.map_or(direction, |near| near.direction + turned(near.direction, direction))
-    };
-    for (portal, ends) in portals.iter().enumerate().skip(first) {
-        let pin = Pin { centre: xy(ends.left), bend: 1.0 };
-        if pin.centre != apex.centre {
-            let limit = Limit { direction: towards(pin, left.or(right)), pin, portal };
-            if let Some(right) = right.filter(|right| limit.direction < right.direction) {
-                return Some(right);
-            }
-            if left.is_none_or(|left| limit.direction <= left.direction + SAME) {
-                left = Some(limit);
-            }
-        }
-        let pin = Pin { centre: xy(ends.right), bend: -1.0 };
-        if pin.centre != apex.centre {
-            let limit = Limit { direction: towards(pin, right.or(left)), pin, portal };
-            if let Some(left) = left.filter(|left| limit.direction > left.direction) {
-                return Some(left);
-            }
-            if right.is_none_or(|right| limit.direction >= right.direction - SAME) {
-                right = Some(limit);
-            }
-        }
-    }
-    let straight = towards(end, left.or(right));
-    left.filter(|left| straight > left.direction).or(right.filter(|right| straight < right.direction))
 }
 
 /// Direction of the tangent from one pin to another.
@@ -91,6 +93,13 @@ fn tangent(from: Pin, to: Pin, radius: f64) -> f64 {
     let (dx, dy) = (to.centre.0 - from.centre.0, to.centre.1 - from.centre.1);
     let share = (to.bend - from.bend) * radius / dx.hypot(dy).max(f64::MIN_POSITIVE);
     dy.atan2(dx) - share.clamp(-1.0, 1.0).asin()
+}
+
+/// Length of the tangent from one pin to another.
+fn reach(from: Pin, to: Pin, radius: f64) -> f64 {
+    let aside = (to.bend - from.bend) * radius;
+    let away = distance(from.centre, to.centre);
+    (away * away - aside * aside).max(0.0).sqrt()
 }
 
 /// Angle from one direction to another, in [−π, π).
