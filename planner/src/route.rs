@@ -37,16 +37,28 @@ pub fn around(
     let clearance = f64::from(from.threshold().units()) + mesh.chord_error() + 2.0;
     let mut search = ChannelSearch::new(mesh, (from.point(), to), clearance, within)?;
     for _ in 0..CHANNELS {
+        let begin = std::time::Instant::now();
         let channel = search.channel();
+        if std::env::var("DBG").is_ok() {
+            eprintln!("DBG time search {:?} portals {:?}", begin.elapsed(), channel.as_ref().map(Vec::len));
+        }
         if std::env::var("DBG").is_ok() && channel.is_none() {
             eprintln!("DBG no channel");
         }
         let channel = channel?;
         let mut refused_at = xy(from.point());
         for (more, turn) in FITS {
-            let proposed = taut(from.point(), to, &channel, clearance + more, turn);
-            match certified(part, from, &proposed, (clearance + more, within)) {
-                Ok(path) => return Some(shortened(part, from, &path)),
+            let taut = taut(from.point(), to, &channel, clearance + more, turn);
+            let proposed: Vec<Point> = taut.into_iter().map(|point| into(within, point)).collect();
+            if std::env::var("DBG").is_ok() {
+                eprintln!("DBG time taut {:?} {}", begin.elapsed(), proposed.len());
+            }
+            let certified_ = certified(part, from, &proposed, (clearance + more, within));
+            if std::env::var("DBG").is_ok() {
+                eprintln!("DBG time certified {:?} {}", begin.elapsed(), certified_.is_ok());
+            }
+            match certified_ {
+                Ok(path) => return certified(part, from, &path, (clearance, within)).ok(),
                 Err(at) => {
                     if std::env::var("DBG").is_ok() {
                         eprintln!("DBG fit {more} at {at:?}\n channel {channel:?}\n proposed {proposed:?}\n {from:?} {to:?} {clearance}");
@@ -62,32 +74,59 @@ pub fn around(
     None
 }
 
-/// The proposed points, with points that were added where an edge blocks a motion. The error is the place
-/// of a motion that stays blocked.
+/// Certified motions along the proposed points. It skips points where it can, and adds points where an
+/// edge blocks a motion. The error is the place of a motion that stays blocked.
 fn certified(
     part: &ProhibitedRegion,
     from: FreePoint,
     proposed: &[Point],
     (clearance, within): (f64, Window),
 ) -> Result<Vec<Point>, (f64, f64)> {
-    let mut path = Vec::with_capacity(proposed.len());
+    let mut path = Vec::new();
     let mut here = from;
-    // Points still to reach, the next one last, with the divisions that led to them.
-    let mut ahead: Vec<(Point, u32)> = proposed.iter().rev().map(|&to| (into(within, to), 0)).collect();
-    while let Some((to, divisions)) = ahead.pop() {
-        match part.motion(here, to) {
+    let mut rest = proposed;
+    // Points still to reach before the rest, the next one last, with the divisions that led to them.
+    let mut added: Vec<(Point, u32)> = Vec::new();
+    while let Some((to, divisions)) = added.pop().or(rest.first().map(|&to| (to, 0))) {
+        let reached = match divisions {
+            0 => farthest(part, here, rest).inspect(|&(_, skipped)| rest = &rest[skipped..]).map(|found| found.0),
+            _ => part.motion(here, to),
+        };
+        match reached {
             Ok(free) => {
-                path.push(to);
+                path.push(free.point());
                 here = free;
             }
             Err(blocked) => {
                 let beside = beside(Segment { from: here.point(), to }, blocked, clearance);
                 let beside = beside.filter(|_| divisions < DIVISIONS).ok_or(xy(here.point()))?;
-                ahead.extend([(to, divisions + 1), (into(within, beside), divisions + 1)]);
+                rest = if divisions == 0 { &rest[1..] } else { rest };
+                added.extend([(to, divisions + 1), (into(within, beside), divisions + 1)]);
             }
         }
     }
     Ok(path)
+}
+
+/// The farthest point that a certified straight motion reaches, and the number of points up to it. It
+/// looks twice as far each time, then half as far, because a path can have thousands of points.
+fn farthest(
+    part: &ProhibitedRegion,
+    here: FreePoint,
+    points: &[Point],
+) -> Result<(FreePoint, usize), Blocked> {
+    let mut reached = part.motion(here, points.first().copied().unwrap_or(here.point()))?;
+    let (mut count, mut step) = (1, 1);
+    while step > 0 {
+        match points.get(count + step - 1).and_then(|&to| part.motion(here, to).ok()) {
+            Some(free) => {
+                (reached, count) = (free, count + step);
+                step *= 2;
+            }
+            None => step /= 2,
+        }
+    }
+    Ok((reached, count))
 }
 
 /// The point of the window that is nearest to `point`.
@@ -112,29 +151,4 @@ fn beside(motion: Segment, blocked: Blocked, clearance: f64) -> Option<Point> {
     let (on, wall) = pairs.into_iter().min_by(|p, q| far(*p).total_cmp(&far(*q)))?;
     let share = clearance / far((on, wall)).max(1.0);
     nearest_point(wall.0 + (on.0 - wall.0) * share, wall.1 + (on.1 - wall.1) * share).ok()
-}
-
-/// Removes points that a certified straight motion can skip.
-fn shortened(part: &ProhibitedRegion, from: FreePoint, points: &[Point]) -> Vec<Point> {
-    let mut kept = Vec::new();
-    let mut here = from;
-    let mut next = 0;
-    while let Some(&point) = points.get(next) {
-        let Ok(mut reached) = part.motion(here, point) else { return points.to_vec() };
-        // Twice as far each time, then half as far: a path can have thousands of points.
-        let mut step = 1;
-        while step > 0 {
-            let farther = points.get(next + step).and_then(|&to| part.motion(here, to).ok());
-            match farther {
-                Some(free) => {
-                    (reached, next) = (free, next + step);
-                    step *= 2;
-                }
-                None => step /= 2,
-            }
-        }
-        kept.push(reached.point());
-        (here, next) = (reached, next + 1);
-    }
-    kept
 }

@@ -45,7 +45,8 @@ impl Funnel {
         };
         while let Some(&last) = own.back() {
             let before = own.len().checked_sub(2).map_or(apex(common), |index| own[index]);
-            if inward(before, last, pin) < 0.0 {
+            let nearer = reach(before, pin, *radius) < reach(before, last, *radius);
+            if inward(before, last, pin) < 0.0 && !(pin.bend == 0.0 && nearer) {
                 break;
             }
             own.pop_back();
