@@ -87,10 +87,12 @@ impl Count {
         let mut of = |values: fn(&mut Self) -> &mut Vec<f64>| {
             let values = values(self);
             values.sort_by(f64::total_cmp);
-            let at = |share: usize| values.get((values.len() * share / 100).min(values.len().saturating_sub(1)));
+            let at =
+                |share: usize| values.get((values.len() * share / 100).min(values.len().saturating_sub(1)));
             (at(50).copied().unwrap_or(f64::NAN), at(100).copied().unwrap_or(f64::NAN))
         };
-        let ((length, longest), (time, slowest)) = (of(|count| &mut count.lengths), of(|count| &mut count.times));
+        let ((length, longest), (time, slowest)) =
+            (of(|count| &mut count.lengths), of(|count| &mut count.times));
         println!(
             "| {name} | {edges} | {} | {} | {} | {} | {} | {length:.3} | {longest:.3} | {time:.4} \
              | {slowest:.3} | {:.1} | {:.1} | {:.2} | {:.1} | {:.1} |",

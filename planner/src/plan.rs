@@ -55,6 +55,10 @@ pub const FEEDS_MM_MIN: std::ops::RangeInclusive<u32> = 1..=600_000;
 /// Largest number of finishing passes of a plan.
 pub const PASSES_MAX: usize = 16;
 
+/// Largest distance between the part's chords and those of the mesh for link moves, mm. An arc has far fewer
+/// chords in the mesh.
+const MESH_TOLERANCE_MM: f64 = 0.02;
+
 /// Parameters of a finishing pass, as the user chooses them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PassParameters {
@@ -422,11 +426,16 @@ fn finishing_clearance(tool_radius: Length, budget: &Budget) -> Result<Length, P
 }
 
 impl CertifiedPlan {
-    /// The mesh over the part and its keep-out zones. The first call builds it. `None` when the part
-    /// reaches the limit of the lattice.
+    /// The mesh over the simplified outline of the part and its keep-out zones, for link moves. The first
+    /// call builds it. `None` when the part reaches the limit of the lattice.
     #[must_use]
     pub fn mesh(&self) -> Option<&Mesh> {
-        self.mesh.get_or_init(|| Mesh::of(&self.part).ok()).as_ref()
+        let build = || {
+            let tolerance = length_up_from_mm(MESH_TOLERANCE_MM).ok();
+            let simplified = tolerance.and_then(|tolerance| self.part.simplified(tolerance).ok());
+            Mesh::of(simplified.as_ref().unwrap_or(&self.part)).ok()
+        };
+        self.mesh.get_or_init(build).as_ref()
     }
 
     /// Corners `(low, high)` of the box around the part and the zones, on the lattice.

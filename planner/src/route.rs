@@ -10,11 +10,13 @@ use crate::units::nearest_on_mm;
 
 /// Clearances of a proposed path beyond the least, lattice units, each with the largest angle between two
 /// motions around a corner, radians. The first ones give few motions; the last ones fit narrow channels.
-const FITS: [(f64, f64); 3] = [(2000.0, 0.8), (200.0, 0.2), (20.0, 0.05)];
+const FITS: [(f64, f64); 3] = [(4000.0, 0.8), (2000.0, 0.3), (100.0, 0.1)];
 /// Number of channels that are tried.
 const CHANNELS: usize = 12;
 /// Number of times that a motion is divided at a point beside the edge that blocks it.
-const DIVISIONS: u32 = 4;
+const DIVISIONS: u32 = 5;
+/// Number of times that such a point is pushed away from the nearest edge.
+const PUSHES: usize = 4;
 
 /// Straight motions from `from` to `to` inside `within`, each certified at the clearance of `from`. The
 /// result holds the points after `from`; the last one is `to`. `None` when the search finds no way.
@@ -34,37 +36,19 @@ pub fn around(
     (from, to): (FreePoint, Point),
     within: Window,
 ) -> Option<Vec<Point>> {
-    let clearance = f64::from(from.threshold().units()) + mesh.chord_error() + 2.0;
-    let mut search = ChannelSearch::new(mesh, (from.point(), to), clearance, within)?;
+    let clearance = f64::from(from.threshold().units());
+    // The mesh may be over a simplified outline. No channel is too narrow only because of that.
+    let least = clearance - mesh.chord_error();
+    let mut search = ChannelSearch::new(mesh, (from.point(), to), least, within)?;
     for _ in 0..CHANNELS {
-        let begin = std::time::Instant::now();
-        let channel = search.channel();
-        if std::env::var("DBG").is_ok() {
-            eprintln!("DBG time search {:?} portals {:?}", begin.elapsed(), channel.as_ref().map(Vec::len));
-        }
-        if std::env::var("DBG").is_ok() && channel.is_none() {
-            eprintln!("DBG no channel");
-        }
-        let channel = channel?;
+        let channel = search.channel()?;
         let mut refused_at = xy(from.point());
         for (more, turn) in FITS {
             let taut = taut(from.point(), to, &channel, clearance + more, turn);
             let proposed: Vec<Point> = taut.into_iter().map(|point| into(within, point)).collect();
-            if std::env::var("DBG").is_ok() {
-                eprintln!("DBG time taut {:?} {}", begin.elapsed(), proposed.len());
-            }
-            let certified_ = certified(part, from, &proposed, (clearance + more, within));
-            if std::env::var("DBG").is_ok() {
-                eprintln!("DBG time certified {:?} {}", begin.elapsed(), certified_.is_ok());
-            }
-            match certified_ {
+            match certified(part, from, &proposed, (clearance + more, within)) {
                 Ok(path) => return certified(part, from, &path, (clearance, within)).ok(),
-                Err(at) => {
-                    if std::env::var("DBG").is_ok() {
-                        eprintln!("DBG fit {more} at {at:?}\n channel {channel:?}\n proposed {proposed:?}\n {from:?} {to:?} {clearance}");
-                    }
-                    refused_at = at
-                }
+                Err(at) => refused_at = at,
             }
         }
         if !search.refuse(&channel, refused_at) {
@@ -89,7 +73,9 @@ fn certified(
     let mut added: Vec<(Point, u32)> = Vec::new();
     while let Some((to, divisions)) = added.pop().or(rest.first().map(|&to| (to, 0))) {
         let reached = match divisions {
-            0 => farthest(part, here, rest).inspect(|&(_, skipped)| rest = &rest[skipped..]).map(|found| found.0),
+            0 => farthest(part, here, rest)
+                .inspect(|&(_, skipped)| rest = &rest[skipped..])
+                .map(|found| found.0),
             _ => part.motion(here, to),
         };
         match reached {
@@ -98,7 +84,7 @@ fn certified(
                 here = free;
             }
             Err(blocked) => {
-                let beside = beside(Segment { from: here.point(), to }, blocked, clearance);
+                let beside = beside(part, Segment { from: here.point(), to }, blocked, clearance);
                 let beside = beside.filter(|_| divisions < DIVISIONS).ok_or(xy(here.point()))?;
                 rest = if divisions == 0 { &rest[1..] } else { rest };
                 added.extend([(to, divisions + 1), (into(within, beside), divisions + 1)]);
@@ -137,8 +123,9 @@ fn into(within: Window, point: Point) -> Point {
     Point::from_units(x, y).unwrap_or(point)
 }
 
-/// The point of a motion that is nearest to the edge that blocks it, pushed away to `clearance`.
-fn beside(motion: Segment, blocked: Blocked, clearance: f64) -> Option<Point> {
+/// The point of a motion that is nearest to the edge that blocks it, pushed away from all edges to
+/// `clearance`.
+fn beside(part: &ProhibitedRegion, motion: Segment, blocked: Blocked, clearance: f64) -> Option<Point> {
     let Blocked::ByEdge(edge) = blocked else { return None };
     let (a, b, c, d) = (xy(motion.from), xy(motion.to), xy(edge.chord.from), xy(edge.chord.to));
     let pairs = [
@@ -148,7 +135,16 @@ fn beside(motion: Segment, blocked: Blocked, clearance: f64) -> Option<Point> {
         (nearest_on_mm(d, a, b), d),
     ];
     let far = |((x, y), (u, v)): ((f64, f64), (f64, f64))| (x - u).hypot(y - v);
-    let (on, wall) = pairs.into_iter().min_by(|p, q| far(*p).total_cmp(&far(*q)))?;
-    let share = clearance / far((on, wall)).max(1.0);
-    nearest_point(wall.0 + (on.0 - wall.0) * share, wall.1 + (on.1 - wall.1) * share).ok()
+    let (mut on, _) = pairs.into_iter().min_by(|p, q| far(*p).total_cmp(&far(*q)))?;
+    for _ in 0..PUSHES {
+        let nearest = part.index().nearest(nearest_point(on.0, on.1).ok()?, None)?;
+        if nearest.distance() >= clearance {
+            break;
+        }
+        let chord = part.edges().get(nearest.edge)?.chord;
+        let wall = nearest_on_mm(on, xy(chord.from), xy(chord.to));
+        let share = clearance / far((on, wall)).max(1.0);
+        on = (wall.0 + (on.0 - wall.0) * share, wall.1 + (on.1 - wall.1) * share);
+    }
+    nearest_point(on.0, on.1).ok()
 }

@@ -8,8 +8,9 @@
 use fastrand::Rng;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::build::build;
-use keepout_kernel::{CheckedIndex, Edge, Length, Point, Segment};
+use keepout_kernel::{CheckedIndex, Edge, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
 use keepout_planner::mesh::{Mesh, MeshError};
+use keepout_planner::route::around;
 
 const FRAME: Window = Window::from_corners(-20_000_000, -20_000_000, 20_000_000, 20_000_000);
 
@@ -117,4 +118,90 @@ fn neighbours_share_ends() {
     assert_eq!(mesh.neighbours(&index, 0), [1, 3]);
     assert_eq!(mesh.neighbours(&index, 2), [1, 3]);
     assert_eq!(mesh.neighbours(&index, 9), [0; 0]);
+}
+
+fn pockets(outlines: &[&[(i64, i64)]]) -> ProhibitedRegion {
+    let at = |&(x, y): &(i64, i64)| Point::from_units(x, y).unwrap();
+    let rings = outlines.iter().map(|outline| Ring::new(outline.iter().map(at).collect()).unwrap());
+    ProhibitedRegion::new(Region::new(rings.collect()).unwrap(), Side::Inside).unwrap()
+}
+
+#[test]
+fn largest_disc_is_the_inscribed_circle() {
+    let square = [(0, 0), (4_000_000, 0), (4_000_000, 4_000_000), (0, 4_000_000)];
+    let slot = [(0, 0), (10_000_000, 0), (10_000_000, 1_000_000), (0, 1_000_000)];
+    let right = [(0, 0), (4_000_000, 0), (0, 3_000_000)];
+    let corner = [
+        (0, 0),
+        (6_000_000, 0),
+        (6_000_000, 2_000_000),
+        (2_000_000, 2_000_000),
+        (2_000_000, 6_000_000),
+        (0, 6_000_000),
+    ];
+    // The largest circle in the L touches both outer walls and the inner corner: r + r / √2 = 2 mm · √2 / √2.
+    let in_corner = 2e6 * std::f64::consts::SQRT_2 / (1.0 + std::f64::consts::SQRT_2);
+    for (outline, radius) in
+        [(&square[..], 2e6), (&slot[..], 5e5), (&right[..], 1e6), (&corner[..], in_corner)]
+    {
+        let part = pockets(&[outline]);
+        let mesh = Mesh::of(&part).unwrap();
+        let disc = mesh.largest_disc(&part, None).unwrap();
+        let found = f64::from(disc.radius.units());
+        assert!(found <= radius && found > radius * 0.998 - 3.0, "{found} of {radius}");
+        assert!(part.free_point(disc.centre, disc.radius).is_ok());
+    }
+}
+
+#[test]
+fn largest_disc_is_sought_around_a_point() {
+    let large = [(0, 0), (4_000_000, 0), (4_000_000, 4_000_000), (0, 4_000_000)];
+    let small = [(5_000_000, 0), (6_000_000, 0), (6_000_000, 1_000_000), (5_000_000, 1_000_000)];
+    let part = pockets(&[&large, &small]);
+    let mesh = Mesh::of(&part).unwrap();
+    let at = |x, y| Point::from_units(x, y).unwrap();
+    let radius = |around| mesh.largest_disc(&part, around).map(|disc| disc.radius.units() / 1000);
+    assert_eq!(radius(None), Some(1999));
+    assert_eq!(radius(Some(at(5_100_000, 100_000))), Some(499));
+    assert_eq!(radius(Some(at(4_500_000, 100_000))), None, "the material between the pockets");
+    let outside = ProhibitedRegion::new(part.region().clone(), Side::Outside).unwrap();
+    assert_eq!(mesh.largest_disc(&outside, None), None, "free space without bounds");
+}
+
+#[test]
+fn link_moves_pass_a_slot_that_is_wide_enough() {
+    let threshold = Length::from_units(300_000).unwrap();
+    for (width, passes) in [(603_000, true), (600_400, true), (599_990, false), (400_000, false)] {
+        // Two chambers, with a slot from one to the other that is bent at a right angle.
+        let (low, high) = (2_000_000, 2_000_000 + width);
+        let part = pockets(&[&[
+            (0, 0),
+            (4_000_000, 0),
+            (4_000_000, low),
+            (6_000_000 + width, low),
+            (6_000_000 + width, 6_000_000),
+            (9_000_000, 6_000_000),
+            (9_000_000, 9_000_000),
+            (3_000_000, 9_000_000),
+            (3_000_000, 6_000_000),
+            (6_000_000, 6_000_000),
+            (6_000_000, high),
+            (4_000_000, high),
+            (4_000_000, 4_000_000),
+            (0, 4_000_000),
+        ]]);
+        let mesh = Mesh::of(&part).unwrap();
+        let at = |x, y| Point::from_units(x, y).unwrap();
+        let (from, to) =
+            (part.free_point(at(400_000, 500_000), threshold).unwrap(), at(3_500_000, 8_500_000));
+        let found = around(&part, &mesh, (from, to), FRAME);
+        assert_eq!(found.is_some(), passes, "a slot of {width}");
+        let mut here = from;
+        for point in found.into_iter().flatten() {
+            here = part.motion(here, point).unwrap();
+        }
+        assert!(!passes || here.point() == to);
+        let narrow = Window::from_corners(300_000, 300_000, 5_000_000, 8_700_000);
+        assert_eq!(around(&part, &mesh, (from, to), narrow), None, "the slot is beyond the travel");
+    }
 }

@@ -99,7 +99,8 @@ impl Search<'_> {
             }
             let centre = middle(corners);
             let clearance = self.look(centre);
-            let bound = corners.iter().map(|&corner| distance(centre, corner)).fold(0.0, f64::max) + clearance;
+            let bound =
+                corners.iter().map(|&corner| distance(centre, corner)).fold(0.0, f64::max) + clearance;
             let [a, b, c] = longest_first(corners);
             let between = (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1));
             for part in [[a, between, c], [between, b, c]] {

@@ -77,8 +77,7 @@ impl Funnel {
 #[must_use]
 pub fn taut(from: Point, to: Point, portals: &[Portal], radius: f64, turn: f64) -> Vec<Point> {
     let start = Pin { centre: xy(from), bend: 0.0 };
-    let mut funnel =
-        Funnel { radius, common: vec![start], left: VecDeque::new(), right: VecDeque::new() };
+    let mut funnel = Funnel { radius, common: vec![start], left: VecDeque::new(), right: VecDeque::new() };
     for portal in portals {
         funnel.add(Pin { centre: xy(portal.left), bend: 1.0 }, true);
         funnel.add(Pin { centre: xy(portal.right), bend: -1.0 }, false);
