@@ -1,4 +1,8 @@
 //! Link moves: a search through the mesh proposes, and the kernel certifies every motion.
+//!
+//! The mesh is over a simplified outline. So a proposed point can be a little too near the part, and the
+//! search pushes it away. A motion that stays blocked shows that the channel is too narrow at that place.
+//! The search then refuses the nearest portal and looks for another channel.
 
 use keepout_kernel::curve::{nearest_point, xy};
 use keepout_kernel::exact::segment::Window;
@@ -12,10 +16,10 @@ use crate::units::nearest_on_mm;
 /// motions around a corner, radians. The first ones give few motions; the last ones fit narrow channels.
 const FITS: [(f64, f64); 3] = [(4000.0, 0.8), (2000.0, 0.3), (100.0, 0.1)];
 /// Number of channels that are tried.
-const CHANNELS: usize = 12;
+const CHANNELS: usize = 64;
 /// Number of times that a motion is divided at a point beside the edge that blocks it.
 const DIVISIONS: u32 = 5;
-/// Number of times that such a point is pushed away from the nearest edge.
+/// Number of times that a point is pushed away from the nearest edge.
 const PUSHES: usize = 4;
 
 /// Straight motions from `from` to `to` inside `within`, each certified at the clearance of `from`. The
@@ -44,8 +48,10 @@ pub fn around(
         let channel = search.channel()?;
         let mut refused_at = xy(from.point());
         for (more, turn) in FITS {
-            let taut = taut(from.point(), to, &channel, clearance + more, turn);
-            let proposed: Vec<Point> = taut.into_iter().map(|point| into(within, point)).collect();
+            let mut proposed = taut(from.point(), to, &channel, clearance + more, turn);
+            for point in proposed.iter_mut().filter(|point| **point != to) {
+                *point = into(within, pushed(part, *point, clearance + more).unwrap_or(*point));
+            }
             match certified(part, from, &proposed, (clearance + more, within)) {
                 Ok(path) => return certified(part, from, &path, (clearance, within)).ok(),
                 Err(at) => refused_at = at,
@@ -84,8 +90,11 @@ fn certified(
                 here = free;
             }
             Err(blocked) => {
-                let beside = beside(part, Segment { from: here.point(), to }, blocked, clearance);
-                let beside = beside.filter(|_| divisions < DIVISIONS).ok_or(xy(here.point()))?;
+                let motion = Segment { from: here.point(), to };
+                let beside = beside(part, motion, blocked, clearance).ok_or(xy(here.point()))?;
+                if divisions == DIVISIONS {
+                    return Err(xy(beside));
+                }
                 rest = if divisions == 0 { &rest[1..] } else { rest };
                 added.extend([(to, divisions + 1), (into(within, beside), divisions + 1)]);
             }
@@ -135,16 +144,24 @@ fn beside(part: &ProhibitedRegion, motion: Segment, blocked: Blocked, clearance:
         (nearest_on_mm(d, a, b), d),
     ];
     let far = |((x, y), (u, v)): ((f64, f64), (f64, f64))| (x - u).hypot(y - v);
-    let (mut on, _) = pairs.into_iter().min_by(|p, q| far(*p).total_cmp(&far(*q)))?;
+    let (on, _) = pairs.into_iter().min_by(|p, q| far(*p).total_cmp(&far(*q)))?;
+    pushed(part, nearest_point(on.0, on.1).ok()?, clearance)
+}
+
+/// The point, pushed away from the nearest edges to `clearance`.
+fn pushed(part: &ProhibitedRegion, point: Point, clearance: f64) -> Option<Point> {
+    let mut at = point;
     for _ in 0..PUSHES {
-        let nearest = part.index().nearest(nearest_point(on.0, on.1).ok()?, None)?;
+        let nearest = part.index().nearest(at, None)?;
         if nearest.distance() >= clearance {
             break;
         }
         let chord = part.edges().get(nearest.edge)?.chord;
+        let on = xy(at);
         let wall = nearest_on_mm(on, xy(chord.from), xy(chord.to));
-        let share = clearance / far((on, wall)).max(1.0);
-        on = (wall.0 + (on.0 - wall.0) * share, wall.1 + (on.1 - wall.1) * share);
+        let share = clearance / nearest.distance().max(1.0);
+        let (x, y) = (wall.0 + (on.0 - wall.0) * share, wall.1 + (on.1 - wall.1) * share);
+        at = nearest_point(x, y).ok()?;
     }
-    nearest_point(on.0, on.1).ok()
+    Some(at)
 }
