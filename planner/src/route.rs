@@ -153,13 +153,14 @@ fn pushed(part: &ProhibitedRegion, point: Point, clearance: f64) -> Option<Point
     let mut at = point;
     for _ in 0..PUSHES {
         let nearest = part.index().nearest(at, None)?;
-        if nearest.distance() >= clearance {
+        let edge = part.edges().get(nearest.edge)?;
+        let least = clearance + f64::from(edge.chord_error.units());
+        if nearest.distance() >= least {
             break;
         }
-        let chord = part.edges().get(nearest.edge)?.chord;
         let on = xy(at);
-        let wall = nearest_on_mm(on, xy(chord.from), xy(chord.to));
-        let share = clearance / nearest.distance().max(1.0);
+        let wall = nearest_on_mm(on, xy(edge.chord.from), xy(edge.chord.to));
+        let share = least / nearest.distance().max(1.0);
         let (x, y) = (wall.0 + (on.0 - wall.0) * share, wall.1 + (on.1 - wall.1) * share);
         at = nearest_point(x, y).ok()?;
     }
