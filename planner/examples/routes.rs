@@ -1,7 +1,9 @@
-//! Compares two searches for link moves: through the mesh, and over a grid.
+//! Counts the link moves that the search through the mesh finds, and measures their length and time:
 //! `cargo run --release -p keepout-planner --example routes -- DRAWING_OR_FOLDER...`.
 //!
-//! Plans each drawing with a tool of 3 mm on both sides. Asks for ways between places beside its loops.
+//! Plans each drawing with a tool of 3 mm on both sides. Asks for ways between places beside its loops, and
+//! states their length as a share of the straight distance. No way may exist: a narrow place can part the
+//! free space at the jogging clearance.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -13,8 +15,8 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
+use keepout_planner::route::route;
 use keepout_planner::units::{along_mm, point_from_mm, point_mm};
-use keepout_planner::{grid, route};
 
 const TOOL_MM: f64 = 3.0;
 /// Travel around the box of the part, mm.
@@ -28,14 +30,9 @@ const ASIDE_MM: f64 = 0.25;
 struct Count {
     pairs: usize,
     straight: usize,
-    both: usize,
-    only_mesh: usize,
-    only_grid: usize,
+    found: usize,
     lengths: Vec<f64>,
-    times: Vec<f64>,
-    mesh_s: f64,
-    grid_s: f64,
-    slowest_s: [f64; 2],
+    times_s: Vec<f64>,
     build_s: f64,
 }
 
@@ -44,9 +41,8 @@ fn main() {
         std::env::args().skip(1).flat_map(|path| drawings(Path::new(&path))).collect();
     files.sort();
     println!(
-        "| drawing | edges | pairs | straight | both | only mesh | only grid | length ratio 50 % | worst \
-         | time ratio 50 % | worst | mesh, ms | grid, ms | slowest mesh, ms | grid | build, ms |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+        "| drawing | edges | pairs | straight | found | length share 50 % | worst | time 50 %, ms | worst \
+         | mesh, ms |\n|---|---|---|---|---|---|---|---|---|---|"
     );
     let mut all = Count::default();
     for file in files {
@@ -58,7 +54,7 @@ fn main() {
                 continue;
             };
             let name = format!("{} {side:?}", file.file_name().unwrap_or_default().to_string_lossy());
-            let mut count = count_of(&plan, &name);
+            let mut count = count_of(&plan);
             if count.pairs > count.straight {
                 count.print(&name, plan.part.edges().len());
                 all.add(count);
@@ -72,42 +68,31 @@ impl Count {
     fn add(&mut self, other: Self) {
         self.pairs += other.pairs;
         self.straight += other.straight;
-        self.both += other.both;
-        self.only_mesh += other.only_mesh;
-        self.only_grid += other.only_grid;
+        self.found += other.found;
         self.lengths.extend(other.lengths);
-        self.times.extend(other.times);
-        self.mesh_s += other.mesh_s;
-        self.grid_s += other.grid_s;
-        self.slowest_s = [0, 1].map(|k| self.slowest_s[k].max(other.slowest_s[k]));
+        self.times_s.extend(other.times_s);
         self.build_s += other.build_s;
     }
 
     fn print(&mut self, name: &str, edges: usize) {
-        let mut of = |values: fn(&mut Self) -> &mut Vec<f64>| {
-            let values = values(self);
-            values.sort_by(f64::total_cmp);
-            let at =
-                |share: usize| values.get((values.len() * share / 100).min(values.len().saturating_sub(1)));
-            (at(50).copied().unwrap_or(f64::NAN), at(100).copied().unwrap_or(f64::NAN))
-        };
-        let ((length, longest), (time, slowest)) =
-            (of(|count| &mut count.lengths), of(|count| &mut count.times));
+        let ((length, longest), (time_s, slowest_s)) = (spread(&mut self.lengths), spread(&mut self.times_s));
         println!(
-            "| {name} | {edges} | {} | {} | {} | {} | {} | {length:.3} | {longest:.3} | {time:.4} \
-             | {slowest:.3} | {:.1} | {:.1} | {:.2} | {:.1} | {:.1} |",
+            "| {name} | {edges} | {} | {} | {} | {length:.3} | {longest:.3} | {:.3} | {:.3} | {:.1} |",
             self.pairs,
             self.straight,
-            self.both,
-            self.only_mesh,
-            self.only_grid,
-            self.mesh_s * 1e3,
-            self.grid_s * 1e3,
-            self.slowest_s[0] * 1e3,
-            self.slowest_s[1] * 1e3,
+            self.found,
+            time_s * 1e3,
+            slowest_s * 1e3,
             self.build_s * 1e3,
         );
     }
+}
+
+/// The median and the largest value.
+fn spread(values: &mut [f64]) -> (f64, f64) {
+    values.sort_by(f64::total_cmp);
+    let median = values.get(values.len() / 2).copied().unwrap_or(f64::NAN);
+    (median, values.last().copied().unwrap_or(f64::NAN))
 }
 
 /// The drawing, or the drawings in the folder.
@@ -148,7 +133,7 @@ fn length_mm(from: Point, path: &[Point]) -> f64 {
     length
 }
 
-fn count_of(plan: &CertifiedPlan, name: &str) -> Count {
+fn count_of(plan: &CertifiedPlan) -> Count {
     let (low, high) = plan.part_box();
     let within = Window::of(low).including(high).grown(Length::whole_mm(ROOM_MM));
     let places = places(plan);
@@ -167,30 +152,12 @@ fn count_of(plan: &CertifiedPlan, name: &str) -> Count {
                 continue;
             }
             let begin = Instant::now();
-            let by_mesh = route::route(plan, from, to.point(), within);
-            let mesh_s = begin.elapsed().as_secs_f64();
-            let begin = Instant::now();
-            let by_grid = grid::route(&plan.part, from, to.point(), within);
-            let grid_s = begin.elapsed().as_secs_f64();
-            count.mesh_s += mesh_s;
-            count.grid_s += grid_s;
-            count.slowest_s = [count.slowest_s[0].max(mesh_s), count.slowest_s[1].max(grid_s)];
-            match (by_mesh, by_grid) {
-                (Some(a), Some(b)) => {
-                    count.both += 1;
-                    let ratio = length_mm(from.point(), &a) / length_mm(from.point(), &b);
-                    if ratio > 1.1 {
-                        eprintln!("{name}: {} to {}: {ratio:.3}", from.point(), to.point());
-                    }
-                    count.lengths.push(ratio);
-                    count.times.push(mesh_s / grid_s);
-                }
-                (Some(_), None) => count.only_mesh += 1,
-                (None, Some(_)) => {
-                    eprintln!("{name}: {} to {}: only the grid", from.point(), to.point());
-                    count.only_grid += 1;
-                }
-                (None, None) => {}
+            let found = route(plan, from, to.point(), within);
+            count.times_s.push(begin.elapsed().as_secs_f64());
+            if let Some(path) = found {
+                count.found += 1;
+                let straight_mm = length_mm(from.point(), &[to.point()]);
+                count.lengths.push(length_mm(from.point(), &path) / straight_mm);
             }
         }
     }

@@ -12,9 +12,9 @@ use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::mesh::Mesh;
+use crate::mesh::largest_tool_mm;
 use crate::profile::{ARC_CHORD_SLACK, Profile, corners};
-use crate::units::{along_mm, mm, nearest_on_mm, point_from_mm, point_mm};
+use crate::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
 
 /// Distance that is added to R + M, lattice units (60 units are 0.6 µm). It covers two chord-error bounds
 /// of the profile, two of the toolpath, and the rounding of joints and centres.
@@ -51,7 +51,7 @@ pub enum FinishError {
     #[error(
         "a tool of {diameter_mm:.3} mm diameter fits nowhere on this side of the profile. \
          Take a smaller tool, or the other --side.{}",
-        largest_mm.map_or(String::new(), |largest| format!(" The largest tool that fits has {largest:.2} mm."))
+        largest_mm.map_or(String::new(), |mm| format!(" The largest tool that fits has {mm:.2} mm."))
     )]
     ToolFitsNowhere {
         /// The tool's diameter, mm.
@@ -158,14 +158,6 @@ pub fn propose(
         return Err(FinishError::ToolFitsNowhere { diameter_mm, largest_mm });
     }
     Ok(path_of(offset))
-}
-
-/// Diameter of the largest tool that fits somewhere beside the part with `more_mm` between the tool and
-/// the part, mm. It is rounded down to 0.01 mm. `None` where any tool fits, or no tool.
-fn largest_tool_mm(part: &ProhibitedRegion, more_mm: f64) -> Option<f64> {
-    let disc = Mesh::of(part).ok()?.largest_disc(part, None)?;
-    let diameter_mm = 2.0 * (mm(disc.radius.units()) - more_mm);
-    Some((diameter_mm * 100.0).floor() / 100.0).filter(|largest_mm| *largest_mm > 0.0)
 }
 
 /// Distance of the toolpath from the profile for the clearance `threshold`, lattice units: the clearance,

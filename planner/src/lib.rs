@@ -22,7 +22,6 @@ mod chord;
 pub mod drawing;
 pub mod file;
 pub mod finish;
-pub mod grid;
 pub mod inspect;
 pub mod job;
 pub mod machine;

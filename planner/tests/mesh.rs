@@ -9,7 +9,12 @@ use fastrand::Rng;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::build::build;
 use keepout_kernel::{CheckedIndex, Edge, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
+use keepout_planner::finish::FinishError;
+use keepout_planner::machine::MachineProfile;
 use keepout_planner::mesh::{Mesh, MeshError};
+use keepout_planner::plan::{CertifiedPlan, PlanError, PlanParameters};
+use keepout_planner::profile::MachinedSide;
+use keepout_planner::request::{PlanRequest, PlanRequestError};
 use keepout_planner::route::around;
 
 const FRAME: Window = Window::from_corners(-20_000_000, -20_000_000, 20_000_000, 20_000_000);
@@ -139,7 +144,7 @@ fn largest_disc_is_the_inscribed_circle() {
         (2_000_000, 6_000_000),
         (0, 6_000_000),
     ];
-    // The largest circle in the L touches both outer walls and the inner corner: r + r / √2 = 2 mm · √2 / √2.
+    // The largest circle in the L touches both outer walls and the inner corner, 20 mm from each wall.
     let in_corner = 2e6 * std::f64::consts::SQRT_2 / (1.0 + std::f64::consts::SQRT_2);
     for (outline, radius) in
         [(&square[..], 2e6), (&slot[..], 5e5), (&right[..], 1e6), (&corner[..], in_corner)]
@@ -203,5 +208,29 @@ fn link_moves_pass_a_slot_that_is_wide_enough() {
         assert!(!passes || here.point() == to);
         let narrow = Window::from_corners(300_000, 300_000, 5_000_000, 8_700_000);
         assert_eq!(around(&part, &mesh, (from, to), narrow), None, "the slot is beyond the travel");
+    }
+}
+
+#[test]
+fn message_names_the_largest_tool_that_fits() {
+    for name in ["nested.dxf", "pocket.dxf", "d_pocket.dxf"] {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/drawings").join(name);
+        let bytes = std::fs::read(path).unwrap();
+        let planned = |tool_diameter_mm| -> Result<CertifiedPlan, PlanRequestError> {
+            let job =
+                PlanParameters { tool_diameter_mm, side: MachinedSide::Inside, ..PlanParameters::default() };
+            let request = PlanRequest { job, ..PlanRequest::default() };
+            request.plan(name, &bytes, &MachineProfile::simulated(), &mut |_| {})
+        };
+        let refused = planned(400.0).unwrap_err();
+        let PlanRequestError::Plan(PlanError::Finish(FinishError::ToolFitsNowhere { largest_mm, .. })) =
+            refused
+        else {
+            panic!("{name}: {refused}");
+        };
+        let largest_mm = largest_mm.unwrap();
+        assert!(refused.to_string().ends_with(&format!("that fits has {largest_mm:.2} mm.")), "{refused}");
+        assert!(planned(largest_mm).is_ok(), "{name}: {largest_mm}");
+        assert!(planned(largest_mm * 1.003 + 0.01).is_err(), "{name}: {largest_mm}");
     }
 }

@@ -38,8 +38,8 @@ pub struct ChannelSearch<'a> {
     refused: HashSet<(u32, u32)>,
 }
 
-/// Entry into a triangle: three times the triangle's number, plus the number of the side.
-type Entry = u32;
+/// Entry into a triangle: the triangle, and the side.
+type Entry = (usize, usize);
 
 /// An entry that the search reached.
 struct Reached {
@@ -47,8 +47,8 @@ struct Reached {
     at: Xy,
     /// Length of the path so far.
     cost: f64,
-    /// The entry before; [`NONE`] in the first triangle.
-    before: Entry,
+    /// The entry before; `None` in the first triangle.
+    before: Option<Entry>,
     closed: bool,
 }
 
@@ -73,18 +73,18 @@ impl<'a> ChannelSearch<'a> {
         let mut reached: HashMap<Entry, Reached> = HashMap::new();
         let mut open = BinaryHeap::new();
         for side in 0..3 {
-            self.cross((self.from.1, side), (self.from.0, 0.0, NONE), &mut reached, &mut open);
+            self.cross((self.from.1, side), (self.from.0, 0.0, None), &mut reached, &mut open);
         }
         while let Some((_, entry)) = open.pop() {
             let here = reached.get_mut(&entry)?;
             if std::mem::replace(&mut here.closed, true) {
                 continue;
             }
-            let (number, entered) = place(entry);
+            let (number, entered) = entry;
             if number == self.to.1 {
                 return Some(self.portals(entry, &reached));
             }
-            let so_far = (here.at, here.cost, entry);
+            let so_far = (here.at, here.cost, Some(entry));
             // Around the corner at the end of the side, then around the corner at its start.
             for (side, pivot) in [((entered + 1) % 3, (entered + 1) % 3), ((entered + 2) % 3, entered)] {
                 if self.passes_around(number, pivot) {
@@ -110,7 +110,7 @@ impl<'a> ChannelSearch<'a> {
     fn cross(
         &self,
         (number, side): (usize, usize),
-        (at, cost, before): (Xy, f64, Entry),
+        (at, cost, before): (Xy, f64, Option<Entry>),
         reached: &mut HashMap<Entry, Reached>,
         open: &mut BinaryHeap<(Reverse<i64>, Entry)>,
     ) {
@@ -121,8 +121,8 @@ impl<'a> ChannelSearch<'a> {
         }
         let Some(next) = self.crossing(self.mesh.corner(a), self.mesh.corner(b), at) else { return };
         let beyond = self.mesh.triangles[across[side] as usize];
-        let Some(entered) = (0_u32..3).find(|&k| beyond.corners[k as usize] == b) else { return };
-        let entry = 3 * across[side] + entered;
+        let Some(entered) = (0..3).find(|&k| beyond.corners[k] == b) else { return };
+        let entry = (across[side] as usize, entered);
         let cost = cost + distance(at, next);
         if reached.get(&entry).is_some_and(|known| known.closed || known.cost <= cost) {
             return;
@@ -190,22 +190,16 @@ impl<'a> ChannelSearch<'a> {
 
     fn portals(&self, last: Entry, reached: &HashMap<Entry, Reached>) -> Vec<Portal> {
         let mut portals = Vec::new();
-        let mut entry = last;
-        while let Some(Reached { before, .. }) = reached.get(&entry) {
-            let (number, side) = place(entry);
+        let mut next = Some(last);
+        while let Some((number, side)) = next {
             // Seen from the triangle that it leads into, a side runs from left to right.
-            let side = self.mesh.side(number, side);
-            portals.push(Portal { left: side.from, right: side.to });
-            entry = *before;
+            let ends = self.mesh.side(number, side);
+            portals.push(Portal { left: ends.from, right: ends.to });
+            next = reached.get(&(number, side)).and_then(|here| here.before);
         }
         portals.reverse();
         portals
     }
-}
-
-/// Triangle and side of an entry.
-fn place(entry: Entry) -> (usize, usize) {
-    ((entry / 3) as usize, (entry % 3) as usize)
 }
 
 impl Mesh {

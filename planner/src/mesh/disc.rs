@@ -7,6 +7,7 @@ use keepout_kernel::{Length, Point, ProhibitedRegion};
 
 use super::channel::{Xy, distance};
 use super::{Mesh, NONE};
+use crate::units::mm;
 
 /// A disc in free space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +60,15 @@ impl Mesh {
         let centre = nearest_point(x, y).ok().filter(|&centre| !part.holds(centre))?;
         Some(Disc { centre, radius: part.clearance(centre)? })
     }
+}
+
+/// Diameter of the largest tool that fits somewhere beside the part with `more_mm` between the tool and
+/// the part, mm. It is rounded down to 0.01 mm. `None` where any tool fits, or no tool.
+#[must_use]
+pub fn largest_tool_mm(part: &ProhibitedRegion, more_mm: f64) -> Option<f64> {
+    let disc = Mesh::of(part).ok()?.largest_disc(part, None)?;
+    let diameter_mm = 2.0 * (mm(disc.radius.units()) - more_mm);
+    Some((diameter_mm * 100.0).floor() / 100.0).filter(|largest_mm| *largest_mm > 0.0)
 }
 
 /// Branch and bound over triangles.

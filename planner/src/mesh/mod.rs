@@ -1,5 +1,8 @@
-//! The Delaunay mesh over the profile: which triangle holds a point, and which edges are near. It only
-//! proposes.
+//! The Delaunay mesh over the profile: which triangle holds a point, which edges are near, which channels
+//! are wide enough, and which disc fits. It only proposes.
+//!
+//! Link moves run through [`ChannelSearch`] and [`taut`], in [`crate::route`]. The message that a tool fits
+//! nowhere names the tool of [`Mesh::largest_disc`].
 //!
 //! `spade` builds the constrained Delaunay triangulation of the chords in a frame. This module flattens
 //! it into arrays along a space-filling curve. [`CheckedIndex::confirms`] checks each nearest edge that
@@ -33,7 +36,7 @@ mod walk;
 use std::fmt;
 
 pub use channel::{ChannelSearch, Portal};
-pub use disc::Disc;
+pub use disc::{Disc, largest_tool_mm};
 use keepout_kernel::exact::lattice::Point;
 use keepout_kernel::index::CheckedIndex;
 pub use taut::taut;
