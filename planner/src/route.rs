@@ -4,9 +4,9 @@
 //! search pushes it away. A motion that stays blocked shows that the channel is too narrow at that place.
 //! The search then refuses the nearest portal and looks for another channel.
 //!
-//! A grid search came before. On the drawings of the example `routes` it found a way for 1282 of 1357 pairs
-//! of places; the mesh found 1281 of these ways and 61 more. The ways through the mesh are 0.96 times as
-//! long (median; none is longer), and take 0.46 times as long to find (median; a ninth of the time in all).
+//! A grid search came before. On 71 plans of real drawings it found a way for 1282 of 1357 pairs of places.
+//! The mesh found 1281 of these ways and 61 more. The ways through the mesh are 0.96 times as long (median),
+//! and none is longer by more than 0.1 %. The search takes half as long (median), and a ninth in all.
 
 use keepout_kernel::curve::{nearest_point, xy};
 use keepout_kernel::exact::segment::Window;
