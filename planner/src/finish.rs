@@ -1,5 +1,4 @@
-//! The finishing toolpath: the path of the tool's centre along the profile, and the rest material, which
-//! is the stock that the tool cannot reach.
+//! The finishing toolpath along the profile, and the rest material: the stock that the tool cannot reach.
 
 use keepout_kernel::curve::nearest_point;
 use keepout_kernel::exact::predicate::ray_crosses;

@@ -21,7 +21,7 @@ use std::hash::BuildHasher;
 use std::sync::Arc;
 
 use keepout_guard::{
-    Certification, DRAIN, Guard, Interpolation, OnCancel, PositionFeedback, QueryStamp, Rules,
+    Certification, ContourMotion, DRAIN, Guard, Interpolation, OnCancel, PositionFeedback, QueryStamp, Rules,
     State as GuardState, Time,
 };
 use keepout_kernel::exact::segment::Window;
@@ -247,8 +247,9 @@ impl Node {
             }
             Step::Contour => {
                 self.budget[0] -= 1;
-                let curve = |pair: &[Xy]| (Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) }), 300);
-                self.guard.begin_contour(world.contour.windows(2).map(curve).collect()).ok()?;
+                let line = |pair: &[Xy]| Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) });
+                let motion = |pair: &[Xy]| ContourMotion { curve: line(pair), feed_mm_min: 300 };
+                self.guard.begin_contour(world.contour.windows(2).map(motion).collect()).ok()?;
                 let certified = self.guard.certify_contour(usize::MAX).ok()?;
                 assert_eq!(certified, Certification::Done);
             }
@@ -362,7 +363,7 @@ impl Node {
 
     fn off_the_contour(&self) -> Option<String> {
         let tool = self.plant.tool;
-        let on = self.guard.contour_left().iter().any(|(curve, _)| {
+        let on = self.guard.contour_left().iter().any(|ContourMotion { curve, .. }| {
             let line = Segment { from: curve.from(), to: curve.to() };
             let beside = !line.near_point(at(tool), length(RESOLUTION)).is_clear();
             beside

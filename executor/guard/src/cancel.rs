@@ -23,8 +23,9 @@
 //! cancel just after the first had stopped it.
 
 use keepout_kernel::exact::segment::{Window, points_within};
-use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
+use keepout_kernel::{FreePoint, Length, ProhibitedRegion};
 
+use crate::evidence::Evidence;
 use crate::in_flight::{BELIEVED, InFlight, clear_box};
 use crate::motion::CertifiedCancel;
 use crate::{Guard, Interpolation, Refusal};
@@ -155,15 +156,15 @@ impl InFlight {
     pub(crate) fn reported_after_cancel(
         &mut self,
         part: &ProhibitedRegion,
-        position: Point,
-        rests: bool,
+        evidence: &Evidence<'_>,
     ) -> Result<bool, Refusal> {
+        let position = evidence.feedback.position;
         let off = Refusal::OffCertified(position);
         let foot = self.nearest_in_set(position).ok_or(off)?;
         if points_within(foot, position, self.believed(self.stray)).is_clear() {
             return Err(off);
         }
-        if !rests {
+        if !evidence.rests() {
             self.moving();
             return Ok(false);
         }

@@ -6,13 +6,23 @@ use keepout_kernel::exact::segment::{Orientation, Window, orientation, points_wi
 use keepout_kernel::offset::{Gouge, GougeCause, certify_path, shortest_arc};
 use keepout_kernel::{Arc, Curve, FreePoint, Length, Point, Turn};
 
-use crate::in_flight::{BELIEVED, BEYOND, PositionFeedback, clear_box};
+use crate::evidence::Evidence;
+use crate::in_flight::{BELIEVED, BEYOND, clear_box};
 use crate::{Certified, Guard, Interpolation, Motion, Refusal};
+
+/// A motion of a contour, as the controller gets it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContourMotion {
+    /// The line or arc.
+    pub curve: Curve,
+    /// The feed, mm/min.
+    pub feed_mm_min: u32,
+}
 
 /// A contour that the guard certifies and then hands out.
 #[derive(Clone, Debug)]
 pub(crate) struct Contour {
-    curves: Vec<(Curve, u32)>,
+    motions: Vec<ContourMotion>,
     /// Number of certified motions, from the first.
     certified: usize,
     /// End of the certified motions.
@@ -63,12 +73,14 @@ impl Guard {
     ///
     /// # Errors
     /// [`Refusal`] with the reason. The guard then takes no contour.
-    pub fn begin_contour(&mut self, curves: Vec<(Curve, u32)>) -> Result<(), Refusal> {
+    pub fn begin_contour(&mut self, motions: Vec<ContourMotion>) -> Result<(), Refusal> {
         if !self.in_position() {
             return Err(Refusal::InMotion);
         }
         let confirmed = self.set.confirmed.ok_or(Refusal::PositionUnknown)?;
-        let Some(&(first, _)) = curves.first() else { return Err(Refusal::PositionUnknown) };
+        let Some(first) = motions.first().map(|motion| motion.curve) else {
+            return Err(Refusal::PositionUnknown);
+        };
         let near = !points_within(first.from(), confirmed.point(), self.rules.resolution).is_clear();
         if !near {
             return Err(Refusal::OffCertified(first.from()));
@@ -76,7 +88,7 @@ impl Guard {
         let reached =
             self.exact.free_point(first.from(), self.rules.finishing_clearance).map_err(Refusal::Blocked)?;
         self.contour =
-            Some(Contour { curves, certified: 0, reached, sent: 0, first: 0, rests_seen: 0, stops_seen: 0 });
+            Some(Contour { motions, certified: 0, reached, sent: 0, first: 0, rests_seen: 0, stops_seen: 0 });
         Ok(())
     }
 
@@ -88,9 +100,9 @@ impl Guard {
     /// has handed out a motion of it.
     pub fn certify_contour(&mut self, count: usize) -> Result<Certification, Refusal> {
         let Some(mut contour) = self.contour.take() else { return Err(Refusal::PositionUnknown) };
-        let all = contour.curves.len();
+        let all = contour.motions.len();
         for index in contour.certified..all.min(contour.certified.saturating_add(count)) {
-            let (curve, _) = contour.curves[index];
+            let curve = contour.motions[index].curve;
             contour.reached = self.certify_motion(index, &curve, contour.reached)?;
             contour.certified = index + 1;
         }
@@ -161,10 +173,10 @@ impl Guard {
             return None;
         }
         let contour = self.contour.as_mut()?;
-        if contour.certified < contour.curves.len() {
+        if contour.certified < contour.motions.len() {
             return None;
         }
-        let &(curve, feed_mm_min) = contour.curves.get(contour.sent)?;
+        let &ContourMotion { curve, feed_mm_min } = contour.motions.get(contour.sent)?;
         contour.sent += 1;
         contour.rests_seen = 0;
         self.sent += 1;
@@ -175,7 +187,7 @@ impl Guard {
     /// Number of motions of the contour that were sent, and number of all its motions.
     #[must_use]
     pub fn contour_progress(&self) -> Option<(usize, usize)> {
-        self.contour.as_ref().map(|contour| (contour.sent, contour.curves.len()))
+        self.contour.as_ref().map(|contour| (contour.sent, contour.motions.len()))
     }
 
     /// Index of the first motion of the contour on which the tool can still be.
@@ -186,37 +198,34 @@ impl Guard {
 
     /// The motions of the contour whose execution is not certain, from the motion under way on.
     #[must_use]
-    pub fn contour_left(&self) -> &[(Curve, u32)] {
-        self.contour.as_ref().map_or(&[], |contour| contour.curves.get(contour.first..).unwrap_or(&[]))
+    pub fn contour_left(&self) -> &[ContourMotion] {
+        self.contour.as_ref().map_or(&[], |contour| contour.motions.get(contour.first..).unwrap_or(&[]))
     }
 
     /// Takes a report while the machine executes the contour.
-    pub(crate) fn reported_in_contour(
-        &mut self,
-        feedback: &PositionFeedback,
-        all: bool,
-    ) -> Result<(), Refusal> {
+    pub(crate) fn reported_in_contour(&mut self, evidence: &Evidence<'_>) -> Result<(), Refusal> {
+        let feedback = evidence.feedback;
         let (resolution, interpolation) = (self.rules.resolution, self.rules.contours);
         let Some(contour) = self.contour.as_mut() else { return Ok(()) };
         if contour.sent == 0 {
             return Ok(());
         }
-        let last = contour.sent.max(contour.first + 1).min(contour.curves.len());
+        let last = contour.sent.max(contour.first + 1).min(contour.motions.len());
         // The first motion begins where the tool was reported at rest, so its tolerance is larger. Each other
         // motion begins where the motion before it ended.
         let tolerance = |k: usize| if k == 0 { self.set.resolutions(BELIEVED) } else { resolution };
         let on = (contour.first..last)
-            .find(|&k| lies_on(feedback.position, &contour.curves[k].0, tolerance(k), interpolation));
+            .find(|&k| lies_on(feedback.position, &contour.motions[k].curve, tolerance(k), interpolation));
         contour.first = on.ok_or(Refusal::OffCertified(feedback.position))?;
-        let rests = feedback.rests() && all;
-        let reached = contour.curves.get(contour.sent - 1).is_some_and(|(curve, _)| {
-            !points_within(curve.to(), feedback.position, self.set.resolutions(BEYOND)).is_clear()
+        let rests = evidence.rests();
+        let reached = contour.motions.get(contour.sent - 1).is_some_and(|motion| {
+            !points_within(motion.curve.to(), feedback.position, self.set.resolutions(BEYOND)).is_clear()
         });
         contour.stops_seen = if rests && !reached { contour.stops_seen.saturating_add(1) } else { 0 };
         if contour.stops_seen >= 2 {
             return Err(Refusal::Dropped(feedback.position));
         }
-        let done = contour.sent == contour.curves.len();
+        let done = contour.sent == contour.motions.len();
         let arrived = !points_within(contour.reached.point(), feedback.position, resolution).is_clear();
         if !(rests && done && arrived) {
             contour.rests_seen = 0;

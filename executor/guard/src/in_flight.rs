@@ -23,8 +23,9 @@ use core::time::Duration;
 use keepout_kernel::exact::segment::{Window, points_within};
 use keepout_kernel::{Blocked, Edge, FreePoint, Length, Point, ProhibitedRegion, Segment, Vector};
 
+use crate::evidence::Evidence;
 use crate::hull::Hull;
-use crate::{Refusal, Time};
+use crate::{Refusal, Rules, Time};
 
 /// How a controller drives to a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,27 +34,6 @@ pub enum Interpolation {
     Linear,
     /// Non-interpolated axes: the tool can be anywhere in the box between start and target.
     Independent,
-}
-
-/// The contents of a status report that the guard uses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PositionFeedback {
-    /// The reported position.
-    pub position: Point,
-    /// Whether the controller reports that it is at rest and waits for commands.
-    pub in_position: bool,
-    /// Number of motions in the controller's queue. `None` when the report does not state it.
-    pub queued: Option<usize>,
-    /// Whether the controller has received input that it has not acted on.
-    pub waiting: bool,
-}
-
-/// Number of lines sent and acknowledged when a query left, and the time when it left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct QueryStamp {
-    pub(crate) sent: u64,
-    pub(crate) acknowledged: u64,
-    pub(crate) at: Time,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -119,11 +99,11 @@ pub(crate) struct InFlight {
 }
 
 impl InFlight {
-    pub(crate) fn new(interpolation: Interpolation, resolution: Length, checked: bool) -> Self {
+    pub(crate) fn new(rules: &Rules) -> Self {
         Self {
-            interpolation,
-            resolution,
-            checked,
+            interpolation: rules.interpolation,
+            resolution: rules.resolution,
+            checked: rules.checked,
             confirmed: None,
             before: None,
             lines: VecDeque::with_capacity(LINES_MAX),
@@ -276,21 +256,19 @@ impl InFlight {
     pub(crate) fn reported(
         &mut self,
         part: &ProhibitedRegion,
-        feedback: &PositionFeedback,
-        all: bool,
-        acknowledged: u64,
-        (asked, now): (Time, Time),
+        evidence: &Evidence<'_>,
     ) -> Result<bool, Refusal> {
-        let rests = feedback.rests() && all;
+        let feedback = evidence.feedback;
         if self.stray > Length::ZERO {
-            return self.reported_after_cancel(part, feedback.position, rests);
+            return self.reported_after_cancel(part, evidence);
         }
         let confirmed = match self.snap(part, feedback.position) {
             Snap::At(confirmed) => confirmed,
             Snap::Keep => return Ok(false),
             Snap::Off => return Err(Refusal::OffCertified(feedback.position)),
         };
-        let passed = if rests { 0 } else { self.passed(feedback.position, asked) };
+        let rests = evidence.rests();
+        let passed = if rests { 0 } else { self.passed(feedback.position, evidence.asked) };
         self.before = self.confirmed.filter(|_| !self.checked);
         self.confirmed = Some(confirmed);
         if rests {
@@ -298,7 +276,7 @@ impl InFlight {
         }
         self.moving();
         self.lines.retain(|line| line.number > passed);
-        self.take_count(feedback, acknowledged, now);
+        self.take_count(evidence);
         Ok(false)
     }
 
@@ -360,25 +338,16 @@ impl InFlight {
 
     /// Takes the queue length from a report. A rejected line does not count as one that left the queue,
     /// because its duplicate may be in the queue.
-    fn take_count(&mut self, feedback: &PositionFeedback, acknowledged: u64, now: Time) {
-        let Some(queued) = feedback.queued else { return };
+    fn take_count(&mut self, evidence: &Evidence<'_>) {
+        let Some(queued) = evidence.feedback.queued else { return };
         let kept = u64::try_from(queued).unwrap_or(u64::MAX).saturating_add(self.refused);
-        let left = acknowledged.saturating_sub(kept);
+        let left = evidence.acknowledged.saturating_sub(kept);
         let believed = if self.checked { left } else { left.min(self.left_before) };
         self.left_before = left;
         let news = self.left_queue.back().map_or(believed > 0, |&(known, _)| believed > known);
         if news && self.left_queue.len() < SEEN_MAX {
-            self.left_queue.push_back((believed, now));
+            self.left_queue.push_back((believed, evidence.now));
         }
-    }
-}
-
-impl PositionFeedback {
-    /// Whether the controller is at rest, with an empty queue and no waiting input. A report without a queue
-    /// length counts as an empty queue.
-    #[must_use]
-    pub fn rests(&self) -> bool {
-        self.in_position && !self.waiting && self.queued.is_none_or(|queued| queued == 0)
     }
 }
 

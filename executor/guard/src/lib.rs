@@ -31,6 +31,7 @@ extern crate alloc;
 mod admission;
 mod cancel;
 mod contour;
+mod evidence;
 mod hull;
 mod in_flight;
 mod motion;
@@ -44,10 +45,12 @@ use alloc::sync::Arc;
 
 pub use admission::{Admission, Admissions};
 pub use cancel::OnCancel;
-pub use contour::Certification;
 use contour::Contour;
+pub use contour::{Certification, ContourMotion};
+use evidence::Evidence;
+pub use evidence::{PositionFeedback, QueryStamp};
 pub use hull::Hull;
-pub use in_flight::{DRAIN, Interpolation, PositionFeedback, QueryStamp};
+pub use in_flight::{DRAIN, Interpolation};
 use in_flight::{InFlight, LINES_MAX, Line};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
@@ -111,7 +114,7 @@ impl Guard {
         Self {
             exact: part,
             simplified,
-            set: InFlight::new(rules.interpolation, rules.resolution, rules.checked),
+            set: InFlight::new(&rules),
             rules,
             sent: 0,
             acknowledged: 0,
@@ -360,18 +363,24 @@ impl Guard {
         stamp: QueryStamp,
         now: Time,
     ) -> Result<(), Refusal> {
-        let all = self.all_acknowledged(stamp);
+        let evidence = Evidence {
+            feedback,
+            all_acknowledged: self.all_acknowledged(stamp),
+            acknowledged: self.acknowledged,
+            asked: stamp.at,
+            now,
+        };
         if !feedback.waiting {
             self.read = self.read.max(stamp.sent);
         }
         if self.contour.is_some() {
-            return self.reported_in_contour(feedback, all);
+            return self.reported_in_contour(&evidence);
         }
         if self.set.confirmed.is_none() {
             return Ok(());
         }
         let part = if self.is_inside_jogging_clearance() { &*self.exact } else { &*self.simplified };
-        let in_position = self.set.reported(part, feedback, all, self.acknowledged, (stamp.at, now))?;
+        let in_position = self.set.reported(part, &evidence)?;
         if in_position
             && self.is_inside_jogging_clearance()
             && let Some(confirmed) = self.set.confirmed

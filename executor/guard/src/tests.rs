@@ -194,7 +194,7 @@ fn position_off_the_certified_set_is_refused() {
     assert_eq!(guard.reported(&feedback(off, false, 1), stamp, Time::ZERO), Err(Refusal::OffCertified(off)));
 }
 
-fn take_contour(guard: &mut Guard, curves: Vec<(Curve, u32)>) -> Result<(), Refusal> {
+fn take_contour(guard: &mut Guard, curves: Vec<ContourMotion>) -> Result<(), Refusal> {
     guard.begin_contour(curves)?;
     assert_eq!(guard.next_of_contour(), None, "not before it is certified");
     while guard.certify_contour(1)? != Certification::Done {}
@@ -205,7 +205,7 @@ fn take_contour(guard: &mut Guard, curves: Vec<(Curve, u32)>) -> Result<(), Refu
 fn contour_is_certified_whole_and_handed_out_one_by_one() {
     let mut guard = guard();
     guard.locate(at(-310, 0)).unwrap();
-    let line = |a, b| (Curve::Line(Segment { from: a, to: b }), 300);
+    let line = |from, to| ContourMotion { curve: Curve::Line(Segment { from, to }), feed_mm_min: 300 };
     let (p, q, r) = (at(-310, 0), at(-301, 3000), at(-310, 6000));
     let gouge = vec![line(p, at(-280, 3000)), line(at(-280, 3000), r)];
     assert!(matches!(take_contour(&mut guard, gouge), Err(Refusal::Gouge(gouge)) if gouge.index == 0));
@@ -257,7 +257,7 @@ fn jogs_can_be_certified_as_boxes_and_contours_as_lines() {
         guard.rules.contours = contours;
         guard.locate(at(-1000, 2000)).unwrap();
         let jog = guard.admissions().admit(to).map(|admission| admission.target());
-        guard.begin_contour(vec![(slanted, 600)]).unwrap();
+        guard.begin_contour(vec![ContourMotion { curve: slanted, feed_mm_min: 600 }]).unwrap();
         (jog.is_ok(), guard.certify_contour(9).is_ok())
     };
     // Past the corner of the L: the line is clear, its box is not.
@@ -272,13 +272,13 @@ fn jogs_can_be_certified_as_boxes_and_contours_as_lines() {
     let quarter = arc(at(-2000, 3000));
     let mut guard = guard_of(Interpolation::Linear, true);
     guard.locate(at(-1000, 2000)).unwrap();
-    guard.begin_contour(vec![(arc(at(-3000, 2000)), 600)]).unwrap();
+    guard.begin_contour(vec![ContourMotion { curve: arc(at(-3000, 2000)), feed_mm_min: 600 }]).unwrap();
     assert_eq!(guard.certify_contour(9), Err(Refusal::ArcTooLong(at(-1000, 2000))));
     for (contours, clear) in [(Interpolation::Linear, true), (Interpolation::Independent, false)] {
         let mut guard = guard_of(Interpolation::Independent, true);
         guard.rules.contours = contours;
         guard.locate(at(-1000, 2000)).unwrap();
-        guard.begin_contour(vec![(quarter, 600)]).unwrap();
+        guard.begin_contour(vec![ContourMotion { curve: quarter, feed_mm_min: 600 }]).unwrap();
         assert_eq!(guard.certify_contour(9).is_ok(), clear, "{contours:?}");
     }
 }
@@ -331,7 +331,9 @@ fn lines_go_out_only_as_the_controller_reads_them() {
     let mut guard = guard_of(Interpolation::Linear, false);
     guard.locate(at(-1000, 0)).unwrap();
     let line = |y| Curve::Line(Segment { from: at(-1000, y), to: at(-1000, y + 100) });
-    guard.begin_contour((0..4).map(|k| (line(100 * k), 300)).collect()).unwrap();
+    guard
+        .begin_contour((0..4).map(|k| ContourMotion { curve: line(100 * k), feed_mm_min: 300 }).collect())
+        .unwrap();
     assert_eq!(guard.certify_contour(4), Ok(Certification::Done));
     let before = guard.stamp(Time::ZERO);
     assert!(guard.next_of_contour().is_some());
@@ -421,7 +423,7 @@ fn errors_of_reports_do_not_add_up() {
 fn contour_does_not_go_on_while_the_tool_is_at_rest_too_early() {
     let mut guard = guard();
     guard.locate(at(-310, 0)).unwrap();
-    let line = |a, b| (Curve::Line(Segment { from: a, to: b }), 300);
+    let line = |from, to| ContourMotion { curve: Curve::Line(Segment { from, to }), feed_mm_min: 300 };
     let (p, q, r) = (at(-310, 0), at(-310, 3000), at(-310, 6000));
     take_contour(&mut guard, vec![line(p, q), line(q, r)]).unwrap();
     guard.next_of_contour().unwrap();

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use keepout_executor::dialect::{Dialect, DialectConfig, DialectName};
 use keepout_executor::supervisor::{Command, Mode, Reply};
-use keepout_guard::{Guard, Time, guard_in_open_space};
+use keepout_guard::{ContourMotion, Guard, Time, guard_in_open_space};
 use keepout_kernel::{Curve, Point, Segment, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
@@ -22,7 +22,7 @@ fn jog_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
 fn contour_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let line = Segment { from: Point::ORIGIN, to: Point::from_units(x, y).unwrap() };
     let mut guard = at_origin();
-    guard.begin_contour(vec![(Curve::Line(line), feed_mm_min)]).unwrap();
+    guard.begin_contour(vec![ContourMotion { curve: Curve::Line(line), feed_mm_min }]).unwrap();
     guard.certify_contour(1).unwrap();
     Command::Move(guard.next_of_contour().unwrap())
 }

@@ -198,7 +198,7 @@ fn session(
                 && now.since(began).as_secs_f64() > after_s
             {
                 requested = true;
-                let (x, y) = on_machine(guard.contour_left()[ahead].0.to());
+                let (x, y) = on_machine(guard.contour_left()[ahead].curve.to());
                 *damage.borrow_mut() = Some(if noise { Damage::Noise } else { Damage::Place(x, y) });
             }
         }

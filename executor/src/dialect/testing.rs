@@ -1,6 +1,6 @@
 //! Helpers for the tests of several dialects.
 
-use keepout_guard::{Guard, guard_in_open_space};
+use keepout_guard::{ContourMotion, Guard, guard_in_open_space};
 use keepout_kernel::{Curve, Point, Segment};
 
 use super::Dialect;
@@ -16,7 +16,7 @@ pub(crate) fn jog_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
 pub(crate) fn contour_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let line = Segment { from: Point::ORIGIN, to: Point::from_units(x, y).unwrap() };
     let mut guard = at_origin();
-    guard.begin_contour(vec![(Curve::Line(line), feed_mm_min)]).unwrap();
+    guard.begin_contour(vec![ContourMotion { curve: Curve::Line(line), feed_mm_min }]).unwrap();
     guard.certify_contour(1).unwrap();
     Command::Move(guard.next_of_contour().unwrap())
 }

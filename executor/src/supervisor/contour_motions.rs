@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use keepout_guard::Interpolation;
+use keepout_guard::{ContourMotion, Interpolation};
 use keepout_kernel::curve::{fit_arc, nearest_unit, xy};
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, UNITS_PER_MM};
 use keepout_planner::units::{arc_mm, point_from_mm};
@@ -20,20 +20,25 @@ impl Supervisor {
         curve: &Curve,
         feed: u32,
         stock: Length,
-        into: &mut Vec<(Curve, u32)>,
+        into: &mut Vec<ContourMotion>,
     ) -> Result<(), NoContour> {
         let longest_mm = longest_mm(feed);
         if let Curve::Arc(arc) = curve
             && self.abilities.arcs
             && self.abilities.contours == Interpolation::Linear
         {
-            into.extend(quarters(arc, longest_mm)?.into_iter().map(|piece| (Curve::Arc(piece), feed)));
+            into.extend(
+                quarters(arc, longest_mm)?
+                    .into_iter()
+                    .map(|piece| ContourMotion { curve: Curve::Arc(piece), feed_mm_min: feed }),
+            );
             return Ok(());
         }
         let points = curve.chord_points(self.chord_error_bound())?;
         for pair in points.windows(2) {
             let line = Segment { from: pair[0], to: pair[1] };
-            let step = |from, to| (Curve::Line(Segment { from, to }), feed);
+            let step =
+                |from, to| ContourMotion { curve: Curve::Line(Segment { from, to }), feed_mm_min: feed };
             self.steps(line, stock, longest_mm, &mut |from, to| into.push(step(from, to)))?;
         }
         Ok(())
@@ -108,12 +113,15 @@ impl Supervisor {
             return false;
         };
         let mut queued = self.guard.contour_left().iter().take(sent.saturating_sub(at));
-        let Some((under_way, feed)) = queued.next() else { return true };
-        let here = self.position.unwrap_or(under_way.from());
-        let first = length_mm(under_way.to().minus(here)) / mm_s(*feed);
-        let behind: f64 =
-            queued.map(|(curve, feed)| curve.length() / f64::from(UNITS_PER_MM) / mm_s(*feed)).sum();
-        let braking = mm_s(*feed) / self.limits.acceleration_mm_s2;
+        let Some(under_way) = queued.next() else { return true };
+        let here = self.position.unwrap_or(under_way.curve.from());
+        let feed_mm_s = mm_s(under_way.feed_mm_min);
+        let first = length_mm(under_way.curve.to().minus(here)) / feed_mm_s;
+        let seconds = |motion: &ContourMotion| {
+            motion.curve.length() / f64::from(UNITS_PER_MM) / mm_s(motion.feed_mm_min)
+        };
+        let behind: f64 = queued.map(seconds).sum();
+        let braking = feed_mm_s / self.limits.acceleration_mm_s2;
         first + behind < 2.0 * self.polling.round_trip.as_secs_f64() + braking + LOOK_AHEAD_S
     }
 }

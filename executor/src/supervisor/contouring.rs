@@ -1,6 +1,6 @@
 //! Contact start and contouring: start at the wall, feed hold, cycle start and interruption.
 
-use keepout_guard::{Certification, Refusal};
+use keepout_guard::{Certification, ContourMotion, Refusal};
 use keepout_kernel::exact::arc::ArcError;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, LatticeError, Length, Point, Segment};
@@ -97,7 +97,7 @@ impl Supervisor {
             Some(cut) => of_pass(cut).unwrap_or(self.options.feed_mm_min),
             None => fast,
         };
-        let mut curves: Vec<(Curve, u32)> = Vec::new();
+        let mut curves: Vec<ContourMotion> = Vec::new();
         let mut sources = Vec::new();
         let motions = job.legs.iter().flat_map(|leg| leg.curves.iter().map(move |curve| (leg, curve)));
         for (source, (leg, curve)) in motions.enumerate() {

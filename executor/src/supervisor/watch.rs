@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_guard::{PositionFeedback, QueryStamp, Time};
+use keepout_guard::{ContourMotion, PositionFeedback, QueryStamp, Time};
 
 use super::event::{Command, Mode, Reply, Report};
 use super::state::{Phase, State};
@@ -125,7 +125,7 @@ impl Supervisor {
         self.check_answers(&feedback, now)?;
         self.guard.reported(&feedback, stamp, now)?;
         if let State::Contouring(run) | State::Holding(run) = &mut self.state
-            && let (Some(motion), Some((curve, _))) =
+            && let (Some(motion), Some(ContourMotion { curve, .. })) =
                 (self.guard.contour_at(), self.guard.contour_left().first())
         {
             run.see(position, motion, curve);

@@ -10,7 +10,7 @@ use keepout_executor::dialect::{
     Described, Description, Dialect, DialectConfig, DialectName, Grbl, Venus, Zaber,
 };
 use keepout_executor::supervisor::{Command, Mode, Reply};
-use keepout_guard::{Certification, Certified, Time, guard_in_open_space};
+use keepout_guard::{Certification, Certified, ContourMotion, Time, guard_in_open_space};
 use keepout_kernel::curve::{fit_arc, xy};
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vector};
 use keepout_planner::machine::MachineProfile;
@@ -232,7 +232,7 @@ fn bend() -> Curve {
 fn contour(curve: Curve, feed_mm_min: u32) -> Certified {
     let mut guard = guard_in_open_space().expect("a triangle is a region");
     guard.locate(curve.from()).expect("it is far from everything");
-    guard.begin_contour(vec![(curve, feed_mm_min)]).expect("it begins where the tool is");
+    guard.begin_contour(vec![ContourMotion { curve, feed_mm_min }]).expect("it begins where the tool is");
     assert_eq!(guard.certify_contour(usize::MAX), Ok(Certification::Done));
     guard.next_of_contour().expect("it is the first")
 }

@@ -5,7 +5,8 @@ use std::sync::{Arc, OnceLock};
 
 use keepout_guard::Hull;
 use keepout_guard::{
-    Certification, DRAIN, Guard, Interpolation, Motion, OnCancel, PositionFeedback, Refusal, Rules, Time,
+    Certification, ContourMotion, DRAIN, Guard, Interpolation, Motion, OnCancel, PositionFeedback, Refusal,
+    Rules, Time,
 };
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
 use keepout_kernel::offset::shortest_arc;
@@ -458,7 +459,10 @@ fn one_way_out_at_a_time(place: Xy, to: Xy, other: Xy) {
 fn contours_go_on_one_by_one(path: &[Xy], checked: bool) {
     let mut guard = guard(Interpolation::Linear, checked);
     guard.locate(at(path[0])).expect("it is clear");
-    let line = |pair: &[Xy]| (Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) }), 300);
+    let line = |pair: &[Xy]| ContourMotion {
+        curve: Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) }),
+        feed_mm_min: 300,
+    };
     let away = distance_2(at(path[0]), at(path[1])) > RESOLUTION.pow(2);
     let elsewhere = guard.begin_contour(path[1..].windows(2).map(line).collect());
     assert!(!away || elsewhere.is_err(), "the contour begins where the tool is at rest: {path:?}");
@@ -497,13 +501,14 @@ fn certified_contours_are_joined_and_clear(path: &[Xy], torn: usize, apart: bool
     if guard.locate(at(path[0])).is_err() {
         return passed_over();
     }
-    let mut curves: Vec<(Curve, u32)> = Vec::new();
+    let mut curves: Vec<ContourMotion> = Vec::new();
     for (k, pair) in path.windows(2).enumerate() {
         let from = if k == torn { (pair[0].0 + 1, pair[0].1) } else { pair[0] };
-        curves.push((Curve::Line(Segment { from: at(from), to: at(pair[1]) }), 300));
+        let curve = Curve::Line(Segment { from: at(from), to: at(pair[1]) });
+        curves.push(ContourMotion { curve, feed_mm_min: 300 });
     }
     let lines: Vec<Segment> =
-        curves.iter().map(|(curve, _)| Segment { from: curve.from(), to: curve.to() }).collect();
+        curves.iter().map(|motion| Segment { from: motion.curve.from(), to: motion.curve.to() }).collect();
     let part = guard.part().clone();
     let manual = length(MANUAL);
     let joined = lines.windows(2).all(|pair| pair[0].to == pair[1].from);
@@ -539,7 +544,7 @@ fn on_arc(from: Xy, to: Xy, left: bool) -> Option<(Guard, keepout_kernel::Arc)> 
     let arc = keepout_kernel::Arc::new(at(from), at(to), at((-3000, 2000)), turn).ok()?;
     let mut guard = guard(Interpolation::Linear, true);
     guard.locate(at(from)).ok()?;
-    guard.begin_contour(vec![(Curve::Arc(arc), 300)]).ok()?;
+    guard.begin_contour(vec![ContourMotion { curve: Curve::Arc(arc), feed_mm_min: 300 }]).ok()?;
     (guard.certify_contour(1) == Ok(Certification::Done)).then_some((guard, arc))
 }
 

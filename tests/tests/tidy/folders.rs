@@ -15,7 +15,6 @@ const WITH_ONE_FILE: &Exceptions = &[
     ),
     ("executor/src/dialect/venus", "owed: results of the fault catalogue hold for the path of venus.rs"),
     ("fuzz/seeds", "the seeds of each fuzz target"),
-    ("planner/examples", "Cargo looks for examples there"),
     ("tests/fuzz", "the inputs at which each fuzz target once failed"),
     ("tests/studies/src/bin", "Cargo looks for further programs there"),
 ];

@@ -78,7 +78,6 @@ const LONG_FILES: &Exceptions = &[
     ("executor/cli/tests/processes.rs", "owed: a module of the tests with a device"),
     ("executor/guard/src/tests.rs", "owed"),
     ("executor/sim/src/grbl/mod.rs", "owed"),
-    ("executor/src/supervisor/mod.rs", "owed"),
     ("kernel/src/exact/bezier.rs", "owed: results of the fault catalogue hold for this path"),
     ("kernel/src/index/cells.rs", "owed: results of the fault catalogue hold for this path"),
     ("planner/src/drawing/chain.rs", "owed: a module of doubled curves"),

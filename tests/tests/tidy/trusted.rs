@@ -158,7 +158,6 @@ fn faults(function: &Function<'_>) -> Vec<String> {
 
 /// Functions with other parameters than the rule has it.
 const OTHER_PARAMETERS: &Exceptions = &[
-    ("executor/guard/src", "owed"),
     ("kernel/src/exact/predicate.rs/near_if", "owed: `Proximity` from a condition"),
     ("kernel/src/exact/predicate.rs/box_segment", "owed: a box, a segment and a radius"),
     ("kernel/src/exact/predicate.rs/on_ring", "owed"),
