@@ -1,7 +1,7 @@
-//! Checks that the links, headings and files in the documents exist.
+//! Links, headings, files and functions that the documents name exist.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 fn root() -> PathBuf {
@@ -191,4 +191,78 @@ fn broken_links_and_missing_files_are_reported() {
     let right = "# One\n\n## What is `this`?\n\nSee [a](#what-is-this), [b](https://example.org/x) and \
                  `kernel/src/lib.rs`, `fuzz/artifacts/TARGET`.\n\n```text\n[c](nowhere.md)\n```\n";
     assert_eq!(faults(&path, right), [""; 0]);
+}
+
+/// Whether a source file has the function, as `name` or `Type::name`. A type needs an `impl` in the same file.
+fn has_function(source: &str, function: &str) -> bool {
+    let parts = function.rsplit_once("::");
+    let (kind, name) = parts.map_or((None, function), |(kind, name)| (Some(kind), name));
+    let declared = ["(", "<"].iter().any(|next| source.contains(&format!("fn {name}{next}")));
+    let is_of = |line: &str, kind: &str| {
+        let mut words = line.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+        line.trim_start().starts_with("impl") && words.any(|word| word == kind)
+    };
+    declared && kind.is_none_or(|kind| source.lines().any(|line| is_of(line, kind)))
+}
+
+/// Every fault of the tables of walks: a missing file or function, a second row of a function, wrong counts.
+fn walk_faults(text: &str) -> Vec<String> {
+    let mut faults = Vec::new();
+    let (mut functions, mut named) = (BTreeSet::new(), BTreeSet::new());
+    for (number, line) in prose(text) {
+        let counts = format!("Counts: {} functions in {} files.", functions.len(), named.len());
+        if line.starts_with("| `") {
+            let (spans, _) = code_spans(line);
+            let [file, function, ..] = spans[..] else {
+                faults.push(format!("{number}: the row names no file and function"));
+                continue;
+            };
+            let source = std::fs::read_to_string(root().join(file)).unwrap_or_default();
+            if !has_function(&source, function) {
+                faults.push(format!("{number}: {file} has no function {function}"));
+            }
+            if !functions.insert((file, function)) {
+                faults.push(format!("{number}: {function} has two rows"));
+            }
+            named.insert(file);
+        } else if line.starts_with("Counts: ") {
+            if !line.starts_with(&counts) {
+                faults.push(format!("{number}: the table gives: {counts}"));
+            }
+            functions.clear();
+            named.clear();
+        }
+    }
+    if !functions.is_empty() {
+        faults.push("the last table has no counts".into());
+    }
+    faults
+}
+
+#[test]
+fn walks_name_functions_that_exist_and_count_them() {
+    let text = std::fs::read_to_string(root().join("docs/contributor/walks.md")).unwrap();
+    assert_eq!(text.lines().filter(|line| line.starts_with("Counts: ")).count(), 3);
+    let faults = walk_faults(&text);
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn wrong_rows_and_counts_of_walks_are_noticed() {
+    let row = |file: &str, function: &str| format!("| `{file}` | `{function}` | one form → the other |\n");
+    let arc = |function| row("kernel/src/exact/arc.rs", function);
+    let two = arc("Arc::new") + &row("kernel/src/curve.rs", "fit_arc");
+    assert_eq!(walk_faults(&format!("{two}\nCounts: 2 functions in 2 files. Further words.\n")), [""; 0]);
+    let one = "\nCounts: 1 functions in 1 files.\n";
+    for wrong in [
+        arc("Arc::renew") + one,
+        arc("Beam::new") + one,
+        row("kernel/src/none.rs", "Arc::new") + one,
+        format!("{}{}{one}", arc("Arc::new"), arc("Arc::new")),
+        format!("{two}{one}"),
+        arc("Arc::new"),
+        "| `kernel/src/exact/arc.rs` | | |\n".into(),
+    ] {
+        assert_eq!(walk_faults(&wrong).len(), 1, "{wrong}");
+    }
 }
