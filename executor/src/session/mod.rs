@@ -1,4 +1,4 @@
-//! A session: engine, port, operator, log and clock. Also the replay of its log, and the report.
+//! A session with its engine, port, operator, log and clock. Also the replay of the log, and the report.
 
 pub mod characters;
 mod coverage;

@@ -1,4 +1,4 @@
-//! True positions of the tool.
+//! Sampled positions of the tool.
 
 use keepout_guard::Time;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SampleKind {
-    /// Standing still.
+    /// In position. In a log, the session is starting.
     Rest,
     /// Moving by jogs.
     Jog,
@@ -15,7 +15,8 @@ pub enum SampleKind {
     Run,
 }
 
-/// A true tool position. Between two samples the tool moves straight.
+/// A tool position. The simulator gives true positions, and between two of them the tool moves straight. A
+/// log or a real machine gives reported positions, and between two of them the tool's path is unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// The time of the sample.

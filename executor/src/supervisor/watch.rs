@@ -10,12 +10,13 @@ use super::{Fault, Supervisor};
 
 /// Longest permitted silence during homing.
 const HOMING_MAX: Duration = Duration::from_secs(90);
-/// Longest time for a step of the start. A slower step counts as a lost line.
+/// Time limit for a step of the start, unless the longest permitted silence requires a longer one. A slower
+/// step counts as a lost line.
 const START_WITHIN: Duration = Duration::from_secs(20);
-/// Number of exchanges in a step of the start. The dialect wakes GRBL, identifies it, reads it, and sets up
-/// to three settings, one after the other.
+/// Greatest number of exchanges in a step of the start. The GRBL dialect wakes the controller, identifies it,
+/// reads its settings, and stores up to three of them, one after the other.
 const START_EXCHANGES: u32 = 8;
-/// Rejections in a row after which the session ends.
+/// Greatest number of tolerated rejections in a row. The next rejection is a fault.
 const REFUSED_MAX: u8 = 20;
 
 impl Supervisor {
@@ -26,7 +27,7 @@ impl Supervisor {
         }
         match reply {
             Reply::Report(report) => self.take_report(&report, now, commands),
-            // This answers a line from before a fault.
+            // The controller acknowledges a line from before a fault.
             Reply::Accepted if matches!(self.state, State::Connecting { .. }) => Ok(()),
             Reply::Accepted => {
                 self.guard.acknowledged()?;
@@ -67,7 +68,7 @@ impl Supervisor {
         let again = transient && self.operation.rejected < REFUSED_MAX;
         match &mut self.state {
             State::Connecting { .. } => Ok(()),
-            // A jog that was in flight when the session began to stop.
+            // The controller rejects a jog that was in flight when the session began to stop.
             State::Stopping { .. } if again && self.guard.refused() => Ok(()),
             State::Manual(steering) | State::Sliding(steering) | State::Escaping(steering)
                 if again && self.guard.refused() =>
@@ -133,12 +134,13 @@ impl Supervisor {
         if let State::Stopping { stale: stale @ 1.., .. } = &mut self.state {
             *stale -= 1;
         } else if let State::Stopping { aborted, rested, .. } = &mut self.state {
-            // One report may be damaged or repeated, so two must agree.
+            // Two reports must agree, because one may be damaged or repeated.
             let rests = feedback.rests() && self.guard.unacknowledged() == 0;
             let agreed = rests && *rested;
             *rested = rests;
             match report.mode {
-                // Someone else holds the controller. Drop its queue, so that the motions cannot start later.
+                // Someone else put the controller on hold. Drop its queue, so that its motions cannot start
+                // later.
                 Mode::Held if !*aborted => {
                     *aborted = true;
                     commands.push(Command::Abort);
@@ -178,7 +180,7 @@ impl Supervisor {
         }
     }
 
-    /// Longest time for a step of the start.
+    /// Time limit for a step of the start.
     fn start_within(&self) -> Duration {
         START_WITHIN.max(self.options.answer_within * START_EXCHANGES / 2)
     }
@@ -203,7 +205,7 @@ impl Supervisor {
         !matches!(self.state, State::Done | State::Faulted { .. } | State::Homing | State::Preparing)
     }
 
-    /// When the next query is due.
+    /// Time at which the next query is due.
     fn query_due(&self) -> Time {
         let stops =
             self.phase().is_steered() && !self.guard.in_position() && self.operation.input.is_centred();

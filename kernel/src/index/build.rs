@@ -1,4 +1,5 @@
-//! Builds the boxes of the clearance index. Untrusted: [`CheckedIndex::check`] verifies everything.
+//! Builds the boxes of the clearance index. This code is untrusted: [`CheckedIndex::check`] verifies every
+//! box.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -47,7 +48,7 @@ pub fn propose(edges: &[Edge]) -> BoxProposal {
     BoxProposal { levels }
 }
 
-/// Proposes boxes and passes them to [`CheckedIndex::check`].
+/// Proposes the boxes over `edges`, and checks them with [`CheckedIndex::check`].
 ///
 /// # Errors
 /// [`IndexFault::TooManyEdges`] above 2^30 edges.

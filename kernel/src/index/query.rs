@@ -1,10 +1,12 @@
 //! TRUSTED: the threshold queries over a checked index. Each answer is exact over all edges.
 //!
-//! Let an edge come within a threshold T plus its chord error of a shape. Then its box, grown by the chord
-//! error, meets the box of the shape grown by T. [`CheckedIndex::search`] omits no such edge. Two more rules
-//! skip a box, after growing it by T: for a long motion, when it lies wholly on one side of the motion's
-//! line; for a polygon, when it lies wholly beyond one of the sides. Grown by T, the box holds every point
-//! within T of the edges in it.
+//! The box of an edge includes its chord error. If the chord comes within a threshold T plus its chord error
+//! of a shape, the edge's box meets the box of the shape grown by T. [`CheckedIndex::search`] omits no such
+//! edge.
+//!
+//! Two more rules skip a box. Both grow the box by T first. The grown box holds every point within T of the
+//! edges in it. A query along a motion skips the box if it lies wholly on one side of the motion's line. A
+//! query around a polygon skips the box if it lies wholly beyond one side of the polygon.
 
 #![deny(clippy::arithmetic_side_effects, clippy::as_conversions, clippy::float_arithmetic)]
 
@@ -60,8 +62,8 @@ impl CheckedIndex {
         self.first(window.grown(threshold), |edge| edge.near_box(window, threshold))
     }
 
-    /// An edge that the motion approaches, or `None`. The motion comes within `threshold` of it, and the
-    /// distance between them falls.
+    /// An edge that the motion approaches, or `None`. The motion comes within `threshold` of the edge, and
+    /// the distance to its chord falls somewhere on the motion.
     #[must_use]
     pub fn approached(&self, motion: Segment, threshold: Length) -> Option<&Edge> {
         self.first(motion.bounds().grown(threshold), |edge| {
@@ -73,7 +75,8 @@ impl CheckedIndex {
         })
     }
 
-    /// The location of `point`: inside when the ray from it toward +x crosses an odd number of chords.
+    /// The location of `point`. It is on the boundary if a chord contains it. Otherwise it is inside if the
+    /// ray from it toward +x crosses an odd number of chords.
     #[must_use]
     pub fn locate(&self, point: Point) -> Location {
         let (x, y, ..) = Window::of(point).corners();

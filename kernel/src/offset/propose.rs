@@ -1,5 +1,5 @@
-//! Proposes offset loops. Each edge and corner has an offset shape. Shapes lose the parts that other edges
-//! cover, and the rest is joined end to end.
+//! Proposes offset loops. Each edge and each convex corner has an offset shape. A cutter removes the parts of
+//! a shape that other edges cover. `stitch` joins the remaining pieces end to end.
 
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
@@ -15,12 +15,13 @@ use crate::exact::segment::{Segment, Window};
 use crate::index::check::{CheckedIndex, Node, Search};
 use crate::index::{Edge, build};
 
-/// A closed chain of curves with the free side on its right.
+/// A closed chain of curves, with its free side.
 #[derive(Clone, Debug)]
 pub struct Outline {
     /// The curves in order. Each begins where the one before it ends.
     pub curves: Vec<Curve>,
-    /// Whether the free side is on the left instead. The chain is then traversed backwards.
+    /// Whether the free side is on the left. Otherwise it is on the right. [`propose`] traverses a chain with
+    /// the free side on the left backwards.
     pub free_on_left: bool,
 }
 
@@ -37,8 +38,8 @@ impl Outline {
 pub struct OffsetLoop {
     /// Lines and arcs. Each begins where the one before it ends, and the last ends where the first begins.
     pub curves: Vec<Curve>,
-    /// The outlines that the disc touches from this loop, ascending, each with the touched length in lattice
-    /// units.
+    /// The outlines that the tool disc touches from this loop, ascending. Each has its touched length in
+    /// lattice units.
     pub outlines: Vec<(usize, f64)>,
 }
 
@@ -47,32 +48,34 @@ pub struct OffsetLoop {
 pub struct Offset {
     /// The loops.
     pub loops: Vec<OffsetLoop>,
-    /// Length of the profile that the disc touches, in lattice units.
+    /// Length of the profile that the tool disc touches, in lattice units.
     pub touched_length: f64,
     /// Length of the profile, in lattice units.
     pub profile_length: f64,
-    /// Area of the rest material: the stock outside the profile that the disc cannot reach. In square lattice
-    /// units.
+    /// Area of the rest material: the stock that the tool disc cannot reach, in square lattice units.
     pub residual_area: f64,
-    /// Ends without a continuation, in lattice units. Do not use the proposal unless this is empty.
+    /// Ends without a continuation, in lattice units. It has an entry at the origin if an edge lies off the
+    /// lattice. Do not use the proposal unless this is empty.
     pub loose_ends: Vec<(f64, f64)>,
 }
 
-/// An edge covers a point that is nearer than `d` by more than this (lattice units).
+/// An edge covers the points that are nearer to it than `d − COVER` (lattice units).
 pub(super) const COVER: f64 = 1e-4;
-/// Pieces shorter than this are dropped (lattice units). Joints bridge them.
+/// Subtraction drops remaining intervals of at most this length (lattice units). Joints bridge the gaps.
 const LEAST: f64 = 0.5;
-/// Neighbours along the chain that are tried before the index. They cover most of the covered parts.
+/// Number of neighbours on each side along the chain. The cutter subtracts them before it searches the index.
+/// They cover most of the covered parts.
 const NEIGHBOURS: usize = 4;
-/// Edges tried in the order of the index, before a search for the nearest ones.
+/// Most edges that the first search of the index tests. If more are near, the nearest ones come next.
 const FEW: usize = 48;
-/// Nearest edges tried to cover a shape.
+/// Most nearest edges that the cutter subtracts before the full search of the index.
 const NEAREST: usize = 12;
 
-/// Proposes the set at distance `d` (lattice units) from the outlines, on their free side.
+/// Proposes the loops at distance `d` (lattice units) from the outlines, on their free side.
 ///
-/// Each edge has a shape at distance `d` beside it. Each corner that is convex to the tool has an arc about
-/// it. Every shape loses the parts within `d` of another edge. The remaining pieces are joined end to end.
+/// Each edge has a shape at distance `d` beside it. Each corner that is convex to the tool has an arc around
+/// it. The cutter removes the parts of a shape that lie within `d` of another edge. `stitch` joins the
+/// remaining pieces end to end.
 #[must_use]
 pub fn propose(outlines: &[Outline], d: f64) -> Offset {
     let mut edges: Vec<PlaneCurve> = Vec::new();
@@ -100,7 +103,8 @@ pub fn propose(outlines: &[Outline], d: f64) -> Offset {
     offset
 }
 
-/// The edges in an index. A curved edge is stored as chords with its sagitta as chord error.
+/// The edges in an index. A curved edge is stored as chords. Their chord error is the
+/// sagitta and an allowance for rounding.
 struct EdgeIndex {
     index: CheckedIndex,
     /// The edge of each chord in the index.
@@ -121,8 +125,8 @@ impl EdgeIndex {
     }
 }
 
-/// Appends chords of an edge. The chord error of each bounds the edge's part between its ends. Returns `None`
-/// off the lattice.
+/// Appends the chords of an edge. Each chord error bounds the distance between the chord and its part of the
+/// edge. Returns `None` if a point lies off the lattice.
 fn push_chords(edge: &PlaneCurve, chords: &mut Vec<Edge>) -> Option<()> {
     let point = |t: f64| {
         let (x, y) = edge.at(t);
@@ -147,7 +151,7 @@ fn push_chords(edge: &PlaneCurve, chords: &mut Vec<Edge>) -> Option<()> {
     Some(())
 }
 
-/// Removes the covered parts from shapes.
+/// Removes the covered parts of shapes.
 struct Cutter<'a> {
     edges: &'a [PlaneCurve],
     index: &'a EdgeIndex,
@@ -196,7 +200,7 @@ impl Cutter<'_> {
         if self.search(track, FEW) || self.open.is_empty() {
             return;
         }
-        // Many edges are near: subtract the nearest ones first.
+        // Many edges are near. Subtract the nearest ones before the full search.
         for _ in 0..NEAREST {
             let Some(&(p, q)) = self.open.first() else { return };
             let (x, y) = track.at(f64::midpoint(p, q));
@@ -210,15 +214,15 @@ impl Cutter<'_> {
         self.search(track, usize::MAX);
     }
 
-    /// Subtracts all edges that cover the track, testing at most `at_most` of them. Returns whether that
-    /// limit was enough.
+    /// Subtracts the edges that cover the track. Tests at most `at_most` edges. Returns `false` if the search
+    /// stopped early: at this limit, or because no interval is open.
     fn search(&mut self, track: Track, at_most: usize) -> bool {
         let index = &self.index.index;
         let window = self.window(&track);
         index.search(&mut Cover { window, track, cutter: self, last: u32::MAX, left: at_most }).is_continue()
     }
 
-    /// Subtracts the part that the edge covers. Returns whether it covered anything.
+    /// Subtracts the part that the edge covers. Returns whether the edge covered part of an open interval.
     fn subtract(&mut self, track: &Track, edge: usize) -> bool {
         let r = self.d - COVER;
         let (open, spare) = (&mut self.open, &mut self.spare);
@@ -246,7 +250,8 @@ impl Cutter<'_> {
         cut
     }
 
-    /// The box of all edges that can cover the open intervals of the track.
+    /// A box that meets every edge that can cover an open interval of the track. Empty if no interval is
+    /// open.
     fn window(&self, track: &Track) -> Window {
         let (Some(first), Some(last)) = (self.open.first(), self.open.last()) else {
             return Window::from_corners(1, 1, 0, 0);
@@ -272,7 +277,7 @@ impl Cutter<'_> {
     }
 }
 
-/// A search for the edges that cover the rest of a track.
+/// A search for the edges that cover the open intervals of a track.
 struct Cover<'a, 'b> {
     window: Window,
     track: Track,
