@@ -35,7 +35,7 @@ pub trait Dialect: Send {
     /// Adds the bytes of a command.
     ///
     /// # Errors
-    /// [`LatticeError`] when a target leaves the lattice in machine coordinates. Then no byte is added.
+    /// [`EncodeError`] when the language cannot express the command. Then no byte is added.
     fn encode(&mut self, command: &Command, out: &mut Vec<u8>) -> Result<(), EncodeError>;
 
     /// Takes one byte from the controller, and returns the message that this byte completes. Adds bytes to
