@@ -1,18 +1,26 @@
 //! Controllers that answer garbage, wrongly or not at all: the session stops and states the reason.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use keepout_executor::dialect::{DialectConfig, DialectName};
+use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::port::{Port, PortError};
-use keepout_executor::session::{Ended, Going, NoEventLog, SessionSetup, VirtualClock, place_on_table};
-use keepout_executor::supervisor::{Fault, Options, PreparedPlan};
+use keepout_executor::session::{
+    Clock, Ended, Going, NoEventLog, Session, SessionSetup, VirtualClock, place_on_table,
+};
+use keepout_executor::supervisor::{Fault, OperatorCommand, OperatorInput, Options, PreparedPlan};
 use keepout_guard::Time;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::request::PlanRequest;
 use keepout_sim::operator;
+
+/// Longest duration of a session.
+const SESSION: Duration = Duration::from_secs(300);
 
 /// A controller that answers each write by `rule`.
 struct Scripted<F: FnMut(&[u8]) -> Vec<u8>> {
@@ -43,7 +51,7 @@ fn plan() -> CertifiedPlan {
     PlanRequest::default().plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap()
 }
 
-fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time>) -> (Fault, Vec<u8>) {
+fn setup(home: bool) -> SessionSetup {
     let plan = plan();
     let place = place_on_table(&plan, &MachineProfile::simulated(), None).unwrap();
     let options = Options {
@@ -60,15 +68,40 @@ fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
     };
-    let setup = SessionSetup { work: PreparedPlan::new(plan), options, dialect: DialectName::Grbl, config };
+    SessionSetup { work: PreparedPlan::new(plan), options, dialect: DialectName::Grbl, config }
+}
+
+/// Runs a session that a fault must end before its time is over.
+fn faulted<P: Port>(mut session: Session<'_, P>) -> (Fault, Session<'_, P>) {
+    let mut clock = VirtualClock::default();
+    let ended = session.run(&mut clock, SESSION, |_, _| Going::On).unwrap();
+    assert_eq!(ended, Ended::Faulted);
+    assert!(clock.now() < Time::ZERO.after(SESSION), "the fault comes, and does not end the session");
+    (*session.supervisor().fault().unwrap(), session)
+}
+
+fn fault_of(rule: impl FnMut(&[u8]) -> Vec<u8>, home: bool, lost_at: Option<Time>) -> (Fault, Vec<u8>) {
     let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at };
     let operator = operator::named("wall", 60.0, 1).unwrap();
-    let mut session = setup.session(port, operator, Box::new(NoEventLog));
-    let ended =
-        session.run(&mut VirtualClock::default(), Duration::from_secs(300), |_, _| Going::On).unwrap();
-    assert_eq!(ended, Ended::Faulted);
+    let (fault, mut session) = faulted(setup(home).session(port, operator, Box::new(NoEventLog)));
     let written = session.port().unwrap().written.clone();
-    (*session.supervisor().fault().unwrap(), written)
+    (fault, written)
+}
+
+/// Jogs, and gives Stop at each input while a jog is not acknowledged.
+struct Stopping {
+    given: Arc<AtomicBool>,
+}
+
+impl Operator for Stopping {
+    fn input(&mut self, view: &OperatorView, _now: Time) -> OperatorInput {
+        self.given.fetch_or(view.unacknowledged > 0, Ordering::Relaxed);
+        OperatorInput { velocity: (-1.0, 0.0), ..OperatorInput::default() }
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        self.given.load(Ordering::Relaxed).then_some(OperatorCommand::Stop)
+    }
 }
 
 /// Answers like an idle GRBL; `jog` answers the jogs.
@@ -217,4 +250,20 @@ fn start_is_refused_unhomed_without_homing_or_inside_the_part() {
 fn port_lost_while_moving_stops_the_session() {
     let (fault, _) = fault_of(grbl(|_| b"ok\r\n".to_vec()), false, Some(Time::from_micros(2_000_000)));
     assert!(matches!(fault, Fault::PortLost(_)), "{fault}");
+}
+
+/// An operator who can recover has given Stop: the fault ends the session and does not wait for Recover.
+#[test]
+fn fault_after_stop_ends_a_session_that_can_recover() {
+    let given = Arc::new(AtomicBool::new(false));
+    let (stopped, mut inner) = (Arc::clone(&given), grbl(|_| Vec::new()));
+    let rule = move |bytes: &[u8]| {
+        if stopped.load(Ordering::Relaxed) { b"ALARM:1\r\n".to_vec() } else { inner(bytes) }
+    };
+    let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at: None };
+    let operator = Box::new(Stopping { given });
+    let session = setup(false).session(port, operator, Box::new(NoEventLog));
+    let lost = || Err(PortError::Lost { name: "test".into(), reason: "unplugged".into() });
+    let (fault, _) = faulted(session.recovering(Box::new(lost)));
+    assert!(matches!(fault, Fault::Alarm { .. }), "{fault}");
 }

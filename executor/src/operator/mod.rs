@@ -31,8 +31,8 @@ pub trait Operator {
     /// The jog input at time `now`.
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput;
 
-    /// The next command since the last call. After each input the session takes the commands, and executes
-    /// them before the input.
+    /// The next command since the last call. After each input the session takes one command, and executes it
+    /// before the input.
     fn command(&mut self) -> Option<OperatorCommand> {
         None
     }
@@ -50,5 +50,9 @@ impl<O: Operator + ?Sized> Operator for Box<O> {
 
     fn command(&mut self) -> Option<OperatorCommand> {
         (**self).command()
+    }
+
+    fn every(&self) -> std::time::Duration {
+        (**self).every()
     }
 }

@@ -94,9 +94,6 @@ const FLUSH_EVERY: Duration = Duration::from_millis(500);
 /// Time between two attempts to reopen a lost port.
 const REOPEN_EVERY: Duration = Duration::from_secs(1);
 
-/// Most operator commands in one round.
-const COMMANDS_MAX: usize = 8;
-
 /// How a session ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
@@ -131,6 +128,8 @@ pub struct Session<'a, P: Port> {
     part_box_mm: (f64, f64, f64, f64),
     /// Whether the operator can recover from a fault. A fault then does not end the session.
     recovers: bool,
+    /// The operator has given Stop.
+    stop_given: bool,
 }
 
 impl<'a, P: Port> Session<'a, P> {
@@ -156,6 +155,7 @@ impl<'a, P: Port> Session<'a, P> {
             bytes: Vec::with_capacity(4096),
             job: None,
             recovers: false,
+            stop_given: false,
             planner: None,
         }
     }
@@ -230,7 +230,8 @@ impl<'a, P: Port> Session<'a, P> {
 
     fn ended(&self, out_of_time: Option<Time>, over: Option<Time>, now: Time) -> Option<Ended> {
         match self.supervisor().phase() {
-            Phase::Faulted if !self.recovers || over.is_some() => Some(Ended::Faulted),
+            // A fault after Stop ends the session: the operator does not want to recover.
+            Phase::Faulted if !self.recovers || self.stop_given || over.is_some() => Some(Ended::Faulted),
             Phase::Done if out_of_time.is_some() => Some(Ended::OutOfTime),
             Phase::Done => Some(Ended::Done),
             _ if over.is_some_and(|over| now.since(over) > REST_WITHIN) => Some(Ended::OutOfTime),
@@ -268,12 +269,11 @@ impl<'a, P: Port> Session<'a, P> {
             self.input_due = now.after(self.operator.every());
             let seen = self.seen();
             let input = self.operator.input(&seen, now);
-            for _ in 0..COMMANDS_MAX {
-                let Some(command) = self.operator.command() else { break };
+            // Some operators repeat Stop at each input. It counts once.
+            let stopped = self.stop_given;
+            if let Some(command) = self.operator.command().filter(|_| !stopped) {
+                self.stop_given = command == OperatorCommand::Stop;
                 self.engine.command(command, now, self.event_log.as_mut())?;
-                if command == OperatorCommand::Stop {
-                    break;
-                }
             }
             self.engine.input(input, now, self.event_log.as_mut())?;
         }

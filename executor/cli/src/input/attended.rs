@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput};
@@ -48,6 +49,10 @@ impl<O: Operator, A: Attendant> Operator for Attended<O, A> {
     fn command(&mut self) -> Option<OperatorCommand> {
         self.attendant.command().or_else(|| self.operator.command())
     }
+
+    fn every(&self) -> Duration {
+        self.operator.every()
+    }
 }
 
 /// An operator who stops the session when a flag is set, by a signal or by another thread.
@@ -71,6 +76,10 @@ impl<O: Operator> Operator for Endable<O> {
 
     fn command(&mut self) -> Option<OperatorCommand> {
         if self.end.load(Ordering::Relaxed) { Some(OperatorCommand::Stop) } else { self.operator.command() }
+    }
+
+    fn every(&self) -> Duration {
+        self.operator.every()
     }
 }
 
