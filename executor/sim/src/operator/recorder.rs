@@ -24,6 +24,8 @@ pub struct Recorder<O, W: Write = BufWriter<File>> {
     last: Option<OperatorInput>,
     /// Time of the last input.
     noted: Duration,
+    /// The session is past its start: inputs and commands are recorded.
+    notes: bool,
     flushed: Duration,
     lines: usize,
     panel: Panel,
@@ -49,6 +51,7 @@ impl<O, W: Write> Recorder<O, W> {
             began: None,
             last: None,
             noted: Duration::ZERO,
+            notes: false,
             flushed: Duration::ZERO,
             lines: 0,
             panel,
@@ -95,7 +98,8 @@ impl<O, W: Write> Recorder<O, W> {
 impl<O: Operator, W: Write> Operator for Recorder<O, W> {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
         let input = self.operator.input(view, now);
-        if view.phase != Phase::Starting {
+        self.notes = view.phase != Phase::Starting;
+        if self.notes {
             self.note(&input, now);
         }
         input
@@ -103,11 +107,15 @@ impl<O: Operator, W: Write> Operator for Recorder<O, W> {
 
     fn command(&mut self) -> Option<OperatorCommand> {
         let command = self.operator.command()?;
-        if let Some(last) = self.last {
+        if let Some(last) = self.last.filter(|_| self.notes) {
             let still = OperatorInput { turned_mm: (0.0, 0.0), ..last };
             self.write(&line_of(self.noted, &still, Some(command)));
         }
         Some(command)
+    }
+
+    fn every(&self) -> Duration {
+        self.operator.every()
     }
 }
 
@@ -200,6 +208,22 @@ mod tests {
             trace.input(&view(Phase::Manual), time(prescribed.len()));
             assert_eq!(trace.command(), Some(OperatorCommand::Stop));
         }
+    }
+
+    #[test]
+    fn commands_during_a_restart_are_not_written() {
+        let mut file = Vec::new();
+        let give = |command| (OperatorInput::default(), Some(command));
+        let steps = vec![give(OperatorCommand::Recover), give(OperatorCommand::CycleStart)];
+        let mut recorder = Recorder::new(Prescribed::new(steps), &mut file, Panel::default());
+        recorder.input(&view(Phase::Faulted), Time::ZERO);
+        assert_eq!(recorder.command(), Some(OperatorCommand::Recover));
+        recorder.notes = false;
+        recorder.operator.input(&view(Phase::Manual), Time::ZERO);
+        assert_eq!(recorder.command(), Some(OperatorCommand::CycleStart));
+        drop(recorder);
+        let text = String::from_utf8(file).unwrap();
+        assert!(text.contains(" f\n") && !text.contains(" r\n"), "{text}");
     }
 
     #[test]

@@ -121,9 +121,10 @@ impl Operator for TraceOperator {
         }
         let time = now.since(*self.began.get_or_insert(now));
         let input = self.playback.at(time);
-        if !self.playback.over() || time <= self.end || input.turned_mm != (0.0, 0.0) {
+        let due = self.playback.has_command() || input.turned_mm != (0.0, 0.0);
+        if !self.playback.over() || time <= self.end || due {
             input
-        } else if view.phase == Phase::Contouring && !self.playback.has_command() {
+        } else if view.phase == Phase::Contouring {
             OperatorInput { armed: true, ..OperatorInput::default() }
         } else {
             self.playback.stop()
@@ -254,6 +255,18 @@ mod tests {
             let error = read(&format!("0 0 0 0 0 -\n{long}\n")).expect_err("the rest is another line");
             assert!(error.to_string().starts_with("trace line 2: the line has more than"), "{error}");
         }
+    }
+
+    #[test]
+    fn last_command_is_given_before_the_stop() {
+        let mut trace = read("0 0 0 0 0 a\n0.5 0 0 0 0 p\n1 end\n").unwrap();
+        trace.input(&view(Phase::Manual), Time::ZERO);
+        for command in [Some(OperatorCommand::FeedHold), None] {
+            trace.input(&view(Phase::Contouring), Time::from_micros(5_000_000));
+            assert_eq!(trace.command(), command);
+        }
+        trace.input(&view(Phase::Manual), Time::from_micros(5_000_000));
+        assert_eq!(trace.command(), Some(OperatorCommand::Stop));
     }
 
     #[test]
