@@ -3,13 +3,15 @@
 use std::io;
 use std::path::Path;
 use std::process::{Command, Output};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::results::{FaultFate, keep};
 use super::{FaultEngine, SeededFault, tree};
 
 /// Seconds that `check` may take for one fault.
 const CHECK_S: u64 = 600;
+/// Exit code of `timeout` when the time is over.
+const TIMED_OUT: i32 = 124;
 
 /// Where copies lie and what is built of them, and how long the hostile simulation may look for one fault.
 #[derive(Clone, Copy, Debug)]
@@ -76,12 +78,27 @@ impl Workshop<'_> {
                 return Err(io::Error::other(String::from_utf8_lossy(&built.stderr).into_owned()));
             }
         }
+        self.pass_without_faults()
+    }
+
+    /// Runs both programs with no fault chosen: a program that fails anyway would notice every fault.
+    fn pass_without_faults(&self) -> io::Result<()> {
+        let check = self.switched("check", 0).arg("guard,dialects").output()?;
+        let sessions = ["--seed", "1", "--hours", "0", "--sessions", "600", "--threads", "1"];
+        let hostile = self.switched("hostile", 0).args(sessions).output()?;
+        for (program, ran) in [("check", check), ("hostile", hostile)] {
+            if !ran.status.success() {
+                let text = String::from_utf8_lossy(&ran.stdout);
+                return Err(io::Error::other(format!("{program} fails without a seeded fault: {text}")));
+            }
+        }
         Ok(())
     }
 
     fn switched(&self, program: &str, number: usize) -> Command {
         let mut command = Command::new("timeout");
-        command.arg(CHECK_S.to_string()).arg(self.folder.join("target/release").join(program));
+        let limit_s = CHECK_S + Duration::from_secs_f64(self.minutes * 60.0).as_secs();
+        command.arg(limit_s.to_string()).arg(self.folder.join("target/release").join(program));
         command.env(tree::SWITCH, number.to_string());
         command
     }
@@ -126,7 +143,10 @@ impl Workshop<'_> {
         Ok(match (ran.status.success(), failed) {
             (true, _) => FaultFate::Survived,
             (false, Some(name)) => FaultFate::Noticed(name.into()),
-            (false, None) if ran.status.code() == Some(124) => FaultFate::Undecided,
+            (false, None) if ran.status.code() == Some(TIMED_OUT) => FaultFate::Undecided,
+            (false, None) if matches!(ran.status.code(), Some(125..=127)) => {
+                FaultFate::Unbuilt("the program cannot be run".into())
+            }
             (false, None) => FaultFate::Noticed("ends abnormally".into()),
         })
     }
@@ -151,6 +171,7 @@ impl Workshop<'_> {
         Ok(match text.lines().find_map(|line| line.strip_prefix("verdict: ")) {
             Some(verdict) => FaultFate::Noticed(verdict.into()),
             None if ran.status.success() => FaultFate::Survived,
+            None if ran.status.code() == Some(TIMED_OUT) => FaultFate::Undecided,
             None => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
         })
     }
