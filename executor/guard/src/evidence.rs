@@ -2,7 +2,7 @@
 
 use keepout_kernel::Point;
 
-use crate::Time;
+use crate::{Guard, Time};
 
 /// The contents of a status report that the guard uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,21 @@ pub struct QueryStamp {
     pub(crate) sent: u64,
     pub(crate) acknowledged: u64,
     pub(crate) at: Time,
+}
+
+impl Guard {
+    /// Whether the query of this stamp left before the newest acknowledged line. Its answer can no longer
+    /// arrive.
+    #[must_use]
+    pub fn is_outdated(&self, stamp: &QueryStamp) -> bool {
+        stamp.sent < self.acknowledged
+    }
+
+    /// The stamp of a query that leaves now.
+    #[must_use]
+    pub fn stamp(&self, now: Time) -> QueryStamp {
+        QueryStamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
+    }
 }
 
 /// A report as evidence: what it states, and what is known of the query behind it.

@@ -23,6 +23,39 @@
 //!
 //! **Retracting.** When the tool is inside the jogging clearance but not in the part, the guard admits single
 //! retract moves. On a retract move the tool comes nearer to no edge within the jogging clearance.
+//!
+//! A guard of a square of 10 mm. A jog along its side is certified, a jog through it is refused:
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use keepout_guard::{Guard, Interpolation, OnCancel, Refusal, Rules};
+//! use keepout_kernel::exact::lattice::UNITS_PER_MM;
+//! use keepout_kernel::exact::segment::Window;
+//! use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side};
+//!
+//! let mm = i64::from(UNITS_PER_MM);
+//! let at = |x, y| Point::from_units(x * mm, y * mm).unwrap();
+//! let length = |units| Length::from_units(units).unwrap();
+//! let square = Ring::new(vec![at(0, 0), at(10, 0), at(10, 10), at(0, 10)]).unwrap();
+//! let outline = Region::new(vec![square]).unwrap();
+//! let part = Arc::new(ProhibitedRegion::new(outline, Side::Outside).unwrap());
+//! let rules = Rules {
+//!     travel: Window::of(at(-50, -50)).including(at(50, 50)),
+//!     jogging_clearance: length(4 * mm),
+//!     finishing_clearance: length(3 * mm),
+//!     resolution: length(mm / 200),
+//!     shortest: length(mm / 100),
+//!     interpolation: Interpolation::Linear,
+//!     on_cancel: OnCancel::KeepsPath,
+//!     contours: Interpolation::Linear,
+//!     checked: true,
+//! };
+//! let mut guard = Guard::new(Arc::clone(&part), part, rules);
+//! guard.locate(at(-5, 5)).unwrap();
+//! assert!(guard.jog(at(-5, 20), 600).is_ok());
+//! assert!(matches!(guard.jog(at(15, 5), 600), Err(Refusal::Blocked(_))));
+//! ```
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
@@ -36,6 +69,7 @@ mod hull;
 mod in_flight;
 mod motion;
 mod open_space;
+mod rules;
 mod state;
 #[cfg(test)]
 mod tests;
@@ -52,37 +86,12 @@ pub use evidence::{PositionFeedback, QueryStamp};
 pub use hull::Hull;
 pub use in_flight::{DRAIN, Interpolation};
 use in_flight::{InFlight, LINES_MAX, Line};
-use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
 pub use motion::{Certified, CertifiedCancel, Motion, Refusal};
 pub use open_space::guard_in_open_space;
+pub use rules::Rules;
 pub use state::State;
 pub use time::Time;
-
-/// Rules that the guard applies to every motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rules {
-    /// Permitted window of the tool centre: the machine's travel.
-    pub travel: Window,
-    /// Jogging clearance: the guard certifies jogs at this distance from the part.
-    pub jogging_clearance: Length,
-    /// Finishing clearance: the guard certifies contours at this distance, in the motions that are sent.
-    pub finishing_clearance: Length,
-    /// Greatest distance of a reported position from the commanded position.
-    pub resolution: Length,
-    /// Least length of a jog along one of the axes: at least two steps. The controller might not queue a
-    /// shorter jog, and the count of its queue would then be wrong.
-    pub shortest: Length,
-    /// How the controller drives to the target of a jog, cancelled or not.
-    pub interpolation: Interpolation,
-    /// Behaviour of the tool when a jog is cancelled.
-    pub on_cancel: OnCancel,
-    /// How the controller drives the motions of a contour. The guard never cancels them, so they can be
-    /// linear although `interpolation` is independent.
-    pub contours: Interpolation,
-    /// Whether a checksum protects the line in both directions.
-    pub checked: bool,
-}
 
 /// The guard of one controller. The documentation of this crate states its guarantees.
 ///
@@ -323,19 +332,6 @@ impl Guard {
         self.acknowledged = self.sent;
         self.set.refused += 1;
         true
-    }
-
-    /// Whether the query of this stamp left before the newest acknowledged line. Its answer can no longer
-    /// arrive.
-    #[must_use]
-    pub fn is_outdated(&self, stamp: &QueryStamp) -> bool {
-        stamp.sent < self.acknowledged
-    }
-
-    /// The stamp of a query that leaves now.
-    #[must_use]
-    pub fn stamp(&self, now: Time) -> QueryStamp {
-        QueryStamp { sent: self.sent, acknowledged: self.acknowledged, at: now }
     }
 
     /// Takes a report as evidence. `stamp` belongs to the query that the report answers, or to an earlier
