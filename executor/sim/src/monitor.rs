@@ -1,6 +1,7 @@
 //! The collision monitor: it knows only the part and the tool, and decides exactly how deep the tool entered
 //! the part.
 
+use std::fmt;
 use std::sync::Arc;
 
 use keepout_executor::session::{Sample, SampleKind};
@@ -36,6 +37,17 @@ pub enum Verdict {
         /// The tool's centre, drawing coordinates.
         centre: Point,
     },
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Gouge { at, centre } | Self::StockToLeave { at, centre }) = self;
+        let what = match self {
+            Self::Gouge { .. } => "a gouge",
+            Self::StockToLeave { .. } => "a jog in the stock to leave",
+        };
+        write!(f, "{what} at {centre}, {:.3} s", at.since(Time::ZERO).as_secs_f64())
+    }
 }
 
 /// What the tool keeps while jogging.

@@ -295,7 +295,7 @@ fn report(world: &World, spec: &Spec, verdict: Verdict, shrinks: bool) {
         mm(world.work.plan.roughing),
         world.machine
     );
-    println!("verdict: {verdict:?}\n  in {} ({}), {spec:?}", world.name, world.language.name());
+    println!("verdict: {verdict}\n  in {} ({}), {spec:?}", world.name, world.language.name());
     println!("  again: --replay {}:{}", world.seed, spec.seed);
     if shrinks {
         println!("  smaller: {:?}", shrink(world, spec));
