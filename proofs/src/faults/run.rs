@@ -13,6 +13,10 @@ const CHECK_S: u64 = 600;
 /// Exit code of `timeout` when the time is over.
 const TIMED_OUT: i32 = 124;
 
+/// Sessions that the hostile simulation plays, up to the first verdict.
+const SESSIONS: [&str; 9] =
+    ["--seed", "1", "--hours", "1000000", "--per-drawing", "60", "--threads", "1", "--first"];
+
 /// Where copies lie and what is built of them, and how long the hostile simulation may look for one fault.
 #[derive(Clone, Copy, Debug)]
 pub struct Workshop<'a> {
@@ -84,8 +88,7 @@ impl Workshop<'_> {
     /// Runs both programs with no fault chosen: a program that fails anyway would notice every fault.
     fn pass_without_faults(&self) -> io::Result<()> {
         let check = self.switched("check", 0).arg("guard,dialects").output()?;
-        let sessions = ["--seed", "1", "--hours", "0", "--sessions", "600", "--threads", "1"];
-        let hostile = self.switched("hostile", 0).args(sessions).output()?;
+        let hostile = self.switched("hostile", 0).args(SESSIONS).args(["--minutes", "0.2"]).output()?;
         for (program, ran) in [("check", check), ("hostile", hostile)] {
             if !ran.status.success() {
                 let text = String::from_utf8_lossy(&ran.stdout);
@@ -154,18 +157,11 @@ impl Workshop<'_> {
     /// Plays the sessions that can show the fault, up to the first verdict of the collision monitor.
     fn hostile(&self, fault: &SeededFault, number: usize) -> io::Result<FaultFate> {
         let mut command = self.switched("hostile", number);
-        command.args([
-            "--seed",
-            "1",
-            "--hours",
-            "1000000",
-            "--per-drawing",
-            "60",
-            "--threads",
-            "1",
-            "--first",
-        ]);
-        command.arg("--minutes").arg(self.minutes.to_string()).args(fault.hostile.iter().flatten());
+        command
+            .args(SESSIONS)
+            .arg("--minutes")
+            .arg(self.minutes.to_string())
+            .args(fault.hostile.iter().flatten());
         let ran = command.output()?;
         let text = String::from_utf8_lossy(&ran.stdout);
         Ok(match text.lines().find_map(|line| line.strip_prefix("verdict: ")) {

@@ -77,7 +77,7 @@ properties! {
         } else {
             passed_over()
         }
-        => "a probe answers as the part does, from any square in which it stopped before";
+        => "a part prepared for a threshold answers as its index does, for points and for motions";
         random 10_000;
     clearance_is_below_the_distance |d|
         if let Some(part) = part(d) {
