@@ -68,9 +68,6 @@ struct Arguments {
     /// Simulate the feed drives in every session.
     #[arg(long)]
     driven: bool,
-    /// Name the sessions that did not reach their end.
-    #[arg(long)]
-    verbose: bool,
 }
 
 #[derive(Default)]
