@@ -10,7 +10,9 @@ use cable::{Cable, unplugged};
 use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, Log, LogReadError, LogWriter};
 use keepout_executor::session::replay::{LogEnd, Replay, ReplayError, TimelineEntry, replay};
-use keepout_executor::session::{Ended, EventLog, EventLogError, Going, LoggedEvent, VirtualClock};
+use keepout_executor::session::{
+    Ended, EventLog, EventLogError, Going, LoggedEvent, VirtualClock, start_inside,
+};
 use keepout_executor::supervisor::{Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::job::{LoopNumber, Progress};
@@ -134,10 +136,7 @@ fn session_stopped_by_its_time_limit_replays() {
 #[test]
 fn lost_port_and_recovery_replay() {
     let work = work();
-    let run = SimRun {
-        start: Some(keepout_executor::session::start_inside(&work.plan).unwrap()),
-        ..SimRun::default()
-    };
+    let run = SimRun { start: Some(start_inside(&work.plan).unwrap()), ..SimRun::default() };
     let scene = Scene::of(work.clone(), &run).unwrap();
     let path = file("lost");
     let cable = Cable::to(&work, &run, &scene);
@@ -305,10 +304,7 @@ impl EventLog for Filling {
 #[test]
 fn full_disk_stops_the_machine_and_leaves_a_valid_log() {
     let work = work();
-    let run = SimRun {
-        start: Some(keepout_executor::session::start_inside(&work.plan).unwrap()),
-        ..SimRun::default()
-    };
+    let run = SimRun { start: Some(start_inside(&work.plan).unwrap()), ..SimRun::default() };
     // While jogging, at the wall, in the contour.
     for left in [5, 100, 700, 1300, 1900] {
         let scene = Scene::of(work.clone(), &run).unwrap();
