@@ -12,7 +12,7 @@ use keepout_kernel::Point;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
-use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, speaking};
+use keepout_sim::{PositioningError, SimMachine, SimSettings, speaking};
 
 /// The cause of a decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,12 +58,8 @@ impl Decisions {
         let start = point_from_mm((x - off, y - off)).map_err(|error| error.to_string())?;
         let on_machine: Point = start.translated(place.offset).map_err(|error| error.to_string())?;
         let settings = SimSettings {
-            machine: machine.clone(),
-            start_mm: point_mm(on_machine),
-            homed: true,
-            homing: Duration::from_secs(1),
             work_offset_mm: (0.0, 0.0),
-            quirks: Quirks::default(),
+            ..SimSettings::of(machine.clone(), point_mm(on_machine))
         };
         let config = DialectConfig::of(&machine, place.offset);
         let options = Options {

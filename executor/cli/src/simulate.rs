@@ -13,7 +13,7 @@ use keepout_executor::session::place_on_table;
 use keepout_planner::machine::MachineProfile;
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::standalone::{Records, Signals, Standalone, state};
-use keepout_sim::{PositioningError, Quirks, ServoDrive, SimMachine, SimSettings, speaking};
+use keepout_sim::{PositioningError, ServoDrive, SimMachine, SimSettings, speaking};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 
 use super::plan::{given, load, refuse_same};
@@ -89,12 +89,8 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
     let mut monitor = monitor(arguments, &machine)?;
     let known = arguments.state.as_deref().map(state).transpose()?.flatten();
     let settings = SimSettings {
-        machine: machine.clone(),
-        start_mm: known.unwrap_or(arguments.start_mm),
         homed: arguments.homed,
-        homing: Duration::from_secs(1),
-        work_offset_mm: (-37.25, -21.5),
-        quirks: Quirks::default(),
+        ..SimSettings::of(machine.clone(), known.unwrap_or(arguments.start_mm))
     };
     let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
     let latency = Duration::from_millis(arguments.latency_ms);

@@ -10,7 +10,7 @@ use keepout_kernel::{Curve, Point, Segment, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 
-use super::{Quirks, SimSettings, SimulatedController, speaking};
+use super::{SimSettings, SimulatedController, speaking};
 
 /// A jog to a target in lattice units.
 fn jog_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
@@ -44,14 +44,8 @@ impl Pair {
     fn new(language: &DialectName, offset: Vector) -> Self {
         let machine = MachineProfile::simulated();
         let setting = DialectConfig::of(&machine, offset);
-        let settings = SimSettings {
-            machine,
-            start_mm: (-10.0, -10.0),
-            homed: true,
-            homing: Duration::from_secs(1),
-            work_offset_mm: (-30.0, -20.0),
-            quirks: Quirks::default(),
-        };
+        let settings =
+            SimSettings { work_offset_mm: (-30.0, -20.0), ..SimSettings::of(machine, (-10.0, -10.0)) };
         let sim = speaking(language, settings);
         Self { dialect: language.dialect(setting), sim, now: Time::ZERO, bytes: Vec::new() }
     }

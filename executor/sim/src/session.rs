@@ -20,9 +20,7 @@ use keepout_planner::units::{mm, point_mm};
 use thiserror::Error;
 
 use crate::monitor::CollisionMonitor;
-use crate::{
-    PositioningError, Quirks, ServoConfig, ServoDrive, SimMachine, SimSettings, VirtualPort, speaking,
-};
+use crate::{PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings, VirtualPort, speaking};
 
 /// The link to the simulated machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,14 +145,7 @@ impl Scene {
             Some(point) => point_mm(point.translated(place.offset)?),
             None => home,
         };
-        let sim = SimSettings {
-            machine: run.machine.clone(),
-            start_mm,
-            homed: start.is_some(),
-            homing: Duration::from_secs(1),
-            work_offset_mm: (-37.25, -21.5),
-            quirks: Quirks::default(),
-        };
+        let sim = SimSettings { homed: start.is_some(), ..SimSettings::of(run.machine.clone(), start_mm) };
         let options = Options {
             feed_mm_min: run.feed_mm_min,
             home: start.is_none(),

@@ -313,17 +313,12 @@ impl SimulatedController for VenusSim {
 mod tests {
     use keepout_planner::machine::MachineProfile;
 
-    use super::super::grbl::Quirks;
     use super::*;
 
     fn controller() -> VenusSim {
         let mut venus = VenusSim::new(SimSettings {
-            machine: MachineProfile::simulated(),
-            start_mm: (-20.0, -30.0),
-            homed: true,
-            homing: Duration::from_secs(1),
             work_offset_mm: (0.0, 0.0),
-            quirks: Quirks::default(),
+            ..SimSettings::of(MachineProfile::simulated(), (-20.0, -30.0))
         });
         hear(&mut venus, b"restore 2 0 setunit 2 1 setunit 2 2 setunit 2 setdim ");
         venus

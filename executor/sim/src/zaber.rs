@@ -215,17 +215,12 @@ mod tests {
 
     use keepout_planner::machine::MachineProfile;
 
-    use super::super::grbl::Quirks;
     use super::*;
 
     fn sim() -> ZaberSim {
         ZaberSim::new(SimSettings {
-            machine: MachineProfile::simulated(),
-            start_mm: (-100.0, -100.0),
-            homed: true,
-            homing: Duration::from_secs(1),
             work_offset_mm: (0.0, 0.0),
-            quirks: Quirks::default(),
+            ..SimSettings::of(MachineProfile::simulated(), (-100.0, -100.0))
         })
     }
 

@@ -18,7 +18,7 @@ use keepout_planner::request::PlanRequest;
 use keepout_planner::units::point_mm;
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::session::{Scene, SimRun};
-use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, operator, speaking};
+use keepout_sim::{PositioningError, SimMachine, SimSettings, operator, speaking};
 
 fn work() -> PreparedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
@@ -167,12 +167,8 @@ fn session(
     let offset = scene.offset();
     let on_machine = |point: Point| point_mm(point.translated(offset).unwrap());
     let sim = SimSettings {
-        machine: run.machine.clone(),
-        start_mm: on_machine(start),
-        homed: true,
-        homing: Duration::from_secs(1),
         work_offset_mm: (-3.0, -4.0),
-        quirks: Quirks::default(),
+        ..SimSettings::of(run.machine.clone(), on_machine(start))
     };
     let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
     let machine =

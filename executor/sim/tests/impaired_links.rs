@@ -14,9 +14,7 @@ use keepout_planner::request::PlanRequest;
 use keepout_sim::faults::{Damage, Faults, Rates};
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::session::{Scene, SimRun};
-use keepout_sim::{
-    Disturbance, PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, operator, speaking,
-};
+use keepout_sim::{Disturbance, PositioningError, SimMachine, SimSettings, VirtualPort, operator, speaking};
 
 fn prepared_plan() -> PreparedPlan {
     let bytes = include_bytes!("../../cli/drawings/bracket.dxf");
@@ -32,14 +30,7 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     let run = SimRun { dialect: DialectName::named(language).unwrap(), seed, ..SimRun::default() };
     let mut scene = Scene::of(work.clone(), &run).unwrap();
     scene.setup.options.home = false;
-    let settings = SimSettings {
-        machine: machine.clone(),
-        start_mm: (-1.0, -1.0),
-        homed: true,
-        homing: Duration::from_secs(1),
-        work_offset_mm: (-37.25, -21.5),
-        quirks: Quirks::default(),
-    };
+    let settings = SimSettings::of(machine.clone(), (-1.0, -1.0));
     // From one fault in a hundred chunks to one in ten thousand.
     let often = 10.0_f64.powf(-2.0 * random.f64());
     let abilities = run.dialect.dialect(scene.setup.config).abilities();

@@ -15,7 +15,7 @@ use keepout_kernel::curve::{fit_arc, xy};
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vector};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
-use keepout_sim::{Quirks, SimSettings, SimulatedController, speaking};
+use keepout_sim::{SimSettings, SimulatedController, speaking};
 use says::{Heard, Says};
 
 use crate::oracle::{self, UNIT};
@@ -309,12 +309,8 @@ impl Trip {
         let machine = MachineProfile::simulated();
         let config = DialectConfig::of(&machine, offset);
         let settings = SimSettings {
-            machine,
-            start_mm: (mm(offset.dx), mm(offset.dy)),
-            homed: true,
-            homing: Duration::from_secs(1),
             work_offset_mm: (-30.0, -20.0),
-            quirks: Quirks::default(),
+            ..SimSettings::of(machine, (mm(offset.dx), mm(offset.dy)))
         };
         let controller = speaking(name, settings);
         let dialect = name.dialect(config);

@@ -23,7 +23,7 @@ use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 use keepout_sim::session::{SimRun, run_simulated};
-use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, operator, speaking};
+use keepout_sim::{PositioningError, SimMachine, SimSettings, operator, speaking};
 use keepout_tests::{REAL_DRAWINGS, order, plan_bytes};
 
 /// Compares contour times with plain streaming.
@@ -179,14 +179,7 @@ impl Case<'_> {
 
     /// Streams the same lines from a sender with character counting.
     fn streamed(&self, lines: &[String], start_mm: (f64, f64)) -> Measured {
-        let settings = SimSettings {
-            machine: machine(),
-            start_mm,
-            homed: true,
-            homing: Duration::from_secs(1),
-            work_offset_mm: (-37.25, -21.5),
-            quirks: Quirks::default(),
-        };
+        let settings = SimSettings::of(machine(), start_mm);
         let buffer = if self.language == DialectName::Grbl { 127 } else { 1023 };
         let controller = speaking(&self.language, settings);
         let mut machine = SimMachine::new(

@@ -334,14 +334,8 @@ fn config(world: &World) -> DialectConfig {
 }
 
 fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilities) -> SimMachine {
-    let settings = SimSettings {
-        machine: world.machine.clone(),
-        start_mm,
-        homed: true,
-        homing: Duration::from_secs(1),
-        work_offset_mm: (-37.25, -21.5),
-        quirks: spec.quirks.clone(),
-    };
+    let settings =
+        SimSettings { quirks: spec.quirks.clone(), ..SimSettings::of(world.machine.clone(), start_mm) };
     let (band, steps) = (world.machine.repeatability_mm, world.machine.steps_per_mm);
     let slip = if spec.suffers(Fault::LostSteps) {
         PositioningError::sudden(band, steps, spec.seed)

@@ -11,7 +11,7 @@ use keepout_executor::supervisor::Options;
 use keepout_planner::job::Progress;
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::Script;
-use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, speaking};
+use keepout_sim::{PositioningError, SimMachine, SimSettings, VirtualPort, speaking};
 
 use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, SCRIPT, START_MM};
 
@@ -33,14 +33,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let setup = SessionSetup { work: work.clone(), options, dialect: dialect_name.clone(), config };
     let header = Header { simulated: true, ..setup.header().map_err(|error| error.to_string())? };
     let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, 1);
-    let sim = SimSettings {
-        machine,
-        start_mm: START_MM,
-        homed: false,
-        homing: Duration::from_secs(1),
-        work_offset_mm: (-37.25, -21.5),
-        quirks: Quirks::default(),
-    };
+    let sim = SimSettings { homed: false, ..SimSettings::of(machine, START_MM) };
     let latency = Duration::from_millis(LATENCY_MS);
     let port =
         VirtualPort { machine: SimMachine::new(speaking(&dialect_name, sim), case.baud, latency, error) };

@@ -39,12 +39,8 @@ pub fn simulate(setting: &SimulatedBench, scenarios: &[Scenario]) -> Result<Reco
     let setup = Setup { start: Start::Standing, ..setting.setup.clone() };
     let positioning_error = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
     let settings = SimSettings {
-        machine,
-        start_mm: (setting.at.x, setting.at.y),
-        homed: true,
-        homing: Duration::from_secs(1),
-        work_offset_mm: (-37.25, -21.5),
         quirks: setting.quirks.clone(),
+        ..SimSettings::of(machine, (setting.at.x, setting.at.y))
     };
     let controller = speaking(&setup.language, settings);
     let mut port =

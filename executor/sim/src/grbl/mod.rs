@@ -33,6 +33,22 @@ pub struct SimSettings {
     pub quirks: Quirks,
 }
 
+impl SimSettings {
+    /// A homed machine that starts at `start_mm`, machine coordinates, mm: homing takes 1 s, a work offset is
+    /// set, and no optional behaviour.
+    #[must_use]
+    pub fn of(machine: MachineProfile, start_mm: (f64, f64)) -> Self {
+        Self {
+            machine,
+            start_mm,
+            homed: true,
+            homing: Duration::from_secs(1),
+            work_offset_mm: (-37.25, -21.5),
+            quirks: Quirks::default(),
+        }
+    }
+}
+
 /// Behaviour that some controllers in use show, and others do not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Quirks {

@@ -4,12 +4,8 @@ use super::*;
 
 fn idle() -> GrblSim {
     let settings = SimSettings {
-        machine: MachineProfile::simulated(),
-        start_mm: (-100.0, -100.0),
-        homed: true,
-        homing: Duration::from_secs(1),
         work_offset_mm: (-30.0, -20.0),
-        quirks: Quirks::default(),
+        ..SimSettings::of(MachineProfile::simulated(), (-100.0, -100.0))
     };
     let mut sim = GrblSim::new(settings);
     sim.transmit(&mut Vec::new());

@@ -2,14 +2,13 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::time::Duration;
 
 use keepout_executor::session::Sample;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_guard::Time;
 use keepout_sim::session::{Scene, SimRun};
-use keepout_sim::{PositioningError, Quirks, SimMachine, SimSettings, speaking};
+use keepout_sim::{PositioningError, SimMachine, SimSettings, speaking};
 
 /// The machine at the end of a cable that can be pulled and plugged in again.
 #[derive(Clone)]
@@ -18,14 +17,7 @@ pub struct Cable(pub Rc<RefCell<SimMachine>>);
 impl Cable {
     pub fn to(work: &PreparedPlan, run: &SimRun, scene: &Scene) -> Self {
         let start = point_on_machine(work, scene);
-        let sim = SimSettings {
-            machine: run.machine.clone(),
-            start_mm: start,
-            homed: true,
-            homing: Duration::from_secs(1),
-            work_offset_mm: (-3.0, -4.0),
-            quirks: Quirks::default(),
-        };
+        let sim = SimSettings { work_offset_mm: (-3.0, -4.0), ..SimSettings::of(run.machine.clone(), start) };
         let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
         let machine = SimMachine::new(speaking(&run.dialect, sim), run.baud, run.latency, positioning_error);
         Self(Rc::new(RefCell::new(machine)))
