@@ -1,6 +1,7 @@
 //! Import of drawings from bytes.
 
 use keepout_kernel::{Curve, Length, Point};
+use keepout_planner::Mm2;
 use keepout_planner::drawing::{Chained, Drawing, DrawingError, EntityFilter, census, import};
 use keepout_planner::finish::PathRefusal::{Elsewhere, WrongSpace, WrongWay};
 use keepout_planner::machine::MachineProfile;
@@ -48,7 +49,7 @@ fn particular(bytes: &[u8]) -> PlanRequest {
         line_types: vec!["DASHED".into()],
         hatches: true,
         solids: true,
-        placed: Some((12.5, (30.0, -20.0))),
+        placed: Some((12.5, Mm2::new(30.0, -20.0))),
     };
     let keep_out_layers = Some("CLAMPS").filter(has).map(Into::into).into_iter().collect();
     let travel_layer = Some("TABLE").filter(has).map(Into::into);

@@ -15,6 +15,7 @@ use keepout_executor::supervisor::{
 };
 use keepout_guard::{Interpolation, OnCancel, Time};
 use keepout_kernel::{Curve, Length, Point, Segment, Vector};
+use keepout_planner::Mm2;
 use keepout_planner::job::{ContourJob, JobError, Progress};
 use keepout_proofs::properties::Xy;
 use machine::{Machine, Make};
@@ -321,8 +322,8 @@ fn input(u: &mut Unstructured<'_>) -> Result<(OperatorInput, Option<OperatorComm
             usual => f64::from(usual) / 100.0,
         })
     };
-    let velocity = (share(u)?, share(u)?);
-    let turned = if u.int_in_range(0..=7_u8)? == 0 { (share(u)?, share(u)?) } else { (0.0, 0.0) };
+    let velocity = Mm2::new(share(u)?, share(u)?);
+    let turned_mm = if u.int_in_range(0..=7_u8)? == 0 { Mm2::new(share(u)?, share(u)?) } else { Mm2::ZERO };
     let command = match u.int_in_range(0..=31_u8)? {
         0 => Some(OperatorCommand::FeedHold),
         1 | 2 => Some(OperatorCommand::CycleStart),
@@ -331,7 +332,7 @@ fn input(u: &mut Unstructured<'_>) -> Result<(OperatorInput, Option<OperatorComm
         _ => None,
     };
     let armed = u.int_in_range(0..=2_u8)? == 0;
-    Ok((OperatorInput { velocity, turned_mm: turned, armed }, command))
+    Ok((OperatorInput { velocity, turned_mm, armed }, command))
 }
 
 /// Changes a contour job: an error, a motion to another place, a motion left out, or no change.

@@ -11,6 +11,7 @@ use keepout_executor::dialect::{Described, Description, Dialect};
 use keepout_executor::operator::{Operator, OperatorView, Panel};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::margin::Budget;
@@ -209,7 +210,7 @@ fn is_recorded(operator: impl Operator, looks: &[u8]) {
     drop(recorder);
     let mut again = TraceOperator::read(&file[..], Path::new("recorded")).expect("a recording can be read");
     // Turns add up. Infinite values count as zero.
-    let finite = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
+    let finite = |value: Mm2| if value.is_finite() { value } else { Mm2::ZERO };
     for (time, (input, command)) in times.into_iter().zip(steps) {
         let input =
             OperatorInput { velocity: finite(input.velocity), turned_mm: finite(input.turned_mm), ..input };

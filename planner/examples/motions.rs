@@ -16,7 +16,7 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::profile::{CHORD_SLACK, MachinedSide, ProfileEdge};
 use keepout_planner::request::PlanRequest;
-use keepout_planner::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
+use keepout_planner::units::{along_mm, point_from_mm, point_mm};
 
 const TOOLS_MM: [f64; 2] = [3.0, 6.0];
 const SIDES: [MachinedSide; 2] = [MachinedSide::Outside, MachinedSide::Inside];
@@ -168,7 +168,7 @@ fn cause(plan: &CertifiedPlan, edges: &HashMap<(Point, Point), ProfileEdge>, cur
     let edge = edges.get(&(chord.from, chord.to));
     let fitted = edge.is_some_and(|edge| edge.chord_error.units() > 0);
     let (a, b) = (point_mm(chord.from), point_mm(chord.to));
-    let foot = nearest_on_mm(middle, a, b);
+    let foot = middle.nearest_on(a, b);
     let at_corner = foot == a || foot == b;
     let is_line = matches!(curve, Curve::Line(_));
     let beside_line = edge.is_none_or(|edge| matches!(edge.curve, Curve::Line(_)));

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{FreePoint, Length, Point};
+use keepout_planner::Mm2;
 use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
@@ -75,7 +76,8 @@ impl Count {
     }
 
     fn print(&mut self, name: &str, edges: usize) {
-        let ((length, longest), (time_s, slowest_s)) = (spread(&mut self.lengths), spread(&mut self.times_s));
+        let (Mm2 { x: length, y: longest }, Mm2 { x: time_s, y: slowest_s }) =
+            (spread(&mut self.lengths), spread(&mut self.times_s));
         println!(
             "| {name} | {edges} | {} | {} | {} | {length:.3} | {longest:.3} | {:.3} | {:.3} | {:.1} |",
             self.pairs,
@@ -89,10 +91,10 @@ impl Count {
 }
 
 /// The median and the largest value.
-fn spread(values: &mut [f64]) -> (f64, f64) {
+fn spread(values: &mut [f64]) -> Mm2 {
     values.sort_by(f64::total_cmp);
     let median = values.get(values.len() / 2).copied().unwrap_or(f64::NAN);
-    (median, values.last().copied().unwrap_or(f64::NAN))
+    Mm2::new(median, values.last().copied().unwrap_or(f64::NAN))
 }
 
 /// The drawing, or the drawings in the folder.
@@ -112,8 +114,8 @@ fn places(plan: &CertifiedPlan) -> Vec<(FreePoint, usize)> {
         // Two places on each loop, where it has them.
         for first in [0, each.curves.len() / 2] {
             let place = each.curves.iter().cycle().skip(first).take(each.curves.len()).find_map(|curve| {
-                let ((x, y), (dx, dy)) = along_mm(curve, 0.5);
-                let at = point_from_mm((x + dy * ASIDE_MM, y - dx * ASIDE_MM)).ok()?;
+                let (Mm2 { x, y }, Mm2 { x: dx, y: dy }) = along_mm(curve, 0.5);
+                let at = point_from_mm(Mm2::new(x + dy * ASIDE_MM, y - dx * ASIDE_MM)).ok()?;
                 plan.part.free_point(at, plan.roughing).ok()
             });
             found.extend(place.map(|place| (place, loops[number].component)));
@@ -127,7 +129,7 @@ fn length_mm(from: Point, path: &[Point]) -> f64 {
     let mut length = 0.0;
     for &point in path {
         let next = point_mm(point);
-        length += (next.0 - here.0).hypot(next.1 - here.1);
+        length += (next.x - here.x).hypot(next.y - here.y);
         here = next;
     }
     length

@@ -13,7 +13,7 @@ use thiserror::Error;
 
 use crate::mesh::largest_tool_mm;
 use crate::profile::{ARC_CHORD_SLACK, Profile, corners};
-use crate::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
+use crate::units::{along_mm, point_from_mm, point_mm};
 
 /// Distance that is added to R + M, lattice units (60 units are 0.6 µm). It covers two chord-error bounds
 /// of the profile, two of the toolpath, and the rounding of joints and centres.
@@ -246,9 +246,9 @@ fn runs_beside(
             if nearest.distance() > d + RESOLUTION + COVERAGE + f64::from(edge.chord_error.units()) {
                 return Err(elsewhere);
             }
-            let Some((place, (dx, dy))) = travel else { continue };
-            let wall = nearest_on_mm(place, point_mm(edge.chord.from), point_mm(edge.chord.to));
-            let on_left = dx * (wall.1 - place.1) - dy * (wall.0 - place.0) > 0.0;
+            let Some((place, direction)) = travel else { continue };
+            let wall = place.nearest_on(point_mm(edge.chord.from), point_mm(edge.chord.to));
+            let on_left = direction.cross(wall - place) > 0.0;
             length += share;
             other_way += if on_left { 0.0 } else { share };
         }

@@ -9,6 +9,7 @@ use keepout_kernel::index::{Edge, build};
 use keepout_kernel::{Curve, Length, Point, Region, Ring, Segment, UNITS_PER_MM};
 use serde::Serialize;
 
+use crate::Mm2;
 use crate::drawing::{Chained, Drawing};
 use crate::profile::{ProfileError, ProfileLoop};
 use crate::select::ContourPolygon;
@@ -67,14 +68,14 @@ pub struct Contour {
     /// Least x, least y, largest x, largest y.
     pub box_mm: [f64; 4],
     /// A point within it, for `--at`; `None` if the search found no point.
-    pub inside_mm: Option<(f64, f64)>,
+    pub inside_mm: Option<Mm2>,
 }
 
 /// A note with its place.
 #[derive(Clone, Debug, Serialize)]
 pub struct Note {
     /// The place, mm.
-    pub at_mm: (f64, f64),
+    pub at_mm: Mm2,
     /// The text.
     pub text: String,
 }
@@ -144,32 +145,32 @@ fn contour(each: &ProfileLoop, outline: &ContourPolygon, layer: &str, depth: usi
         length_mm: length / f64::from(UNITS_PER_MM),
         lines,
         arcs: each.edges.len() - lines,
-        box_mm: [low.0, low.1, high.0, high.1],
+        box_mm: [low.x, low.y, high.x, high.y],
         inside_mm: inside(outline),
     }
 }
 
 /// A point within the contour: the middle of its widest stretch on the horizontal line at half its height.
-fn inside(outline: &ContourPolygon) -> Option<(f64, f64)> {
+fn inside(outline: &ContourPolygon) -> Option<Mm2> {
     let (low, high) = outline.bounds;
-    let y = f64::midpoint(low.1, high.1);
+    let y = f64::midpoint(low.y, high.y);
     let next = outline.points.iter().cycle().skip(1);
     let mut crossings: Vec<f64> = outline
         .points
         .iter()
         .zip(next)
-        .filter(|(a, b)| (a.1 > y) != (b.1 > y))
-        .map(|(a, b)| a.0 + (b.0 - a.0) * (y - a.1) / (b.1 - a.1))
+        .filter(|(a, b)| (a.y > y) != (b.y > y))
+        .map(|(a, b)| a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y))
         .collect();
     crossings.sort_by(f64::total_cmp);
     let widest = crossings.chunks_exact(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
-    Some((f64::midpoint(widest[0], widest[1]), y))
+    Some(Mm2::new(f64::midpoint(widest[0], widest[1]), y))
 }
 
 /// The number of contours around the first corner of each contour.
 fn depths(outlines: &[ContourPolygon]) -> Vec<usize> {
     // An index of the diagonals of the boxes leaves few outlines to test for each corner.
-    let point = |p: (f64, f64)| point_from_mm(p).unwrap_or(Point::ORIGIN);
+    let point = |p: Mm2| point_from_mm(p).unwrap_or(Point::ORIGIN);
     let diagonal =
         |outline: &ContourPolygon| Segment { from: point(outline.bounds.0), to: point(outline.bounds.1) };
     let edge = |outline: &ContourPolygon| Edge { chord: diagonal(outline), chord_error: Length::ZERO };
@@ -242,7 +243,7 @@ impl std::fmt::Display for Inspection {
             )?;
         }
         for (number, contour) in self.contours.iter().enumerate().take(LISTED) {
-            let at = contour.inside_mm.map_or(String::new(), |(x, y)| format!(", --at {x:.3},{y:.3}"));
+            let at = contour.inside_mm.map_or(String::new(), |Mm2 { x, y }| format!(", --at {x:.3},{y:.3}"));
             writeln!(
                 f,
                 "  {:>4}  depth {}  {:>12.3} mm²  {:>10.3} mm  {} lines, {} arcs, layer \"{}\"{at}",

@@ -28,6 +28,7 @@ pub mod machine;
 pub mod margin;
 pub mod merge;
 pub mod mesh;
+mod mm2;
 pub mod plan;
 pub mod plan_file;
 pub mod profile;
@@ -40,3 +41,5 @@ pub mod stored;
 mod summary;
 pub mod text_file;
 pub mod units;
+
+pub use mm2::Mm2;

@@ -8,6 +8,7 @@ use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, Ring, Segmen
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::Mm2;
 use crate::finish::{FinishError, FinishingPath, PathRefusal, centre_distance, propose};
 use crate::machine::MachineProfile;
 use crate::margin::{Budget, MarginError};
@@ -108,7 +109,7 @@ pub struct Provenance {
     /// Repairs of the drawing, and entities that were left out.
     pub remarks: Vec<Remark>,
     /// Placement of the drawing: rotation, degrees, then offset, mm.
-    pub placed: Option<(f64, (f64, f64))>,
+    pub placed: Option<(f64, Mm2)>,
 }
 
 /// Geometry that a drawing gives for a job.

@@ -12,9 +12,9 @@ use keepout_kernel::curve::{nearest_point, xy};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Blocked, FreePoint, Point, ProhibitedRegion, Segment};
 
+use crate::mesh::nearest_on;
 use crate::mesh::{ChannelSearch, Mesh, taut};
 use crate::plan::CertifiedPlan;
-use crate::units::nearest_on_mm;
 
 /// Clearances of a proposed path beyond the least, lattice units, each with the largest angle between two
 /// motions around a corner, radians. The first ones give few motions; the last ones fit narrow channels.
@@ -142,10 +142,10 @@ fn beside(part: &ProhibitedRegion, motion: Segment, blocked: Blocked, clearance:
     let Blocked::ByEdge(edge) = blocked else { return None };
     let (a, b, c, d) = (xy(motion.from), xy(motion.to), xy(edge.chord.from), xy(edge.chord.to));
     let pairs = [
-        (a, nearest_on_mm(a, c, d)),
-        (b, nearest_on_mm(b, c, d)),
-        (nearest_on_mm(c, a, b), c),
-        (nearest_on_mm(d, a, b), d),
+        (a, nearest_on(a, c, d)),
+        (b, nearest_on(b, c, d)),
+        (nearest_on(c, a, b), c),
+        (nearest_on(d, a, b), d),
     ];
     let far = |((x, y), (u, v)): ((f64, f64), (f64, f64))| (x - u).hypot(y - v);
     let (on, _) = pairs.into_iter().min_by(|p, q| far(*p).total_cmp(&far(*q)))?;
@@ -163,7 +163,7 @@ fn pushed(part: &ProhibitedRegion, point: Point, clearance: f64) -> Option<Point
             break;
         }
         let on = xy(at);
-        let wall = nearest_on_mm(on, xy(edge.chord.from), xy(edge.chord.to));
+        let wall = nearest_on(on, xy(edge.chord.from), xy(edge.chord.to));
         let share = least / nearest.distance().max(1.0);
         let (x, y) = (wall.0 + (on.0 - wall.0) * share, wall.1 + (on.1 - wall.1) * share);
         at = nearest_point(x, y).ok()?;

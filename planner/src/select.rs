@@ -3,6 +3,7 @@
 use keepout_kernel::Curve;
 use thiserror::Error;
 
+use crate::Mm2;
 use crate::drawing::{Chained, DrawingError, Problem};
 use crate::plan::Remark;
 use crate::profile::{Profile, ProfileLoop, corners};
@@ -13,7 +14,7 @@ use crate::units::{arc_mm, point_mm};
 pub struct Selection {
     /// Points, mm. Each selects the smallest contour around it, and the contours directly inside that
     /// contour.
-    pub at: Vec<(f64, f64)>,
+    pub at: Vec<Mm2>,
     /// Least area of a selected contour, mm².
     pub least_area_mm2: Option<f64>,
     /// Largest area of a selected contour, mm².
@@ -31,12 +32,12 @@ pub enum SelectError {
     /// No contour lies around a point.
     #[error(
         "no closed contour lies around --at {:.3},{:.3} mm. `keepout inspect` lists and draws the contours.",
-        .at.0,
-        .at.1
+        .at.x,
+        .at.y
     )]
     NothingAt {
         /// The point, mm.
-        at: (f64, f64),
+        at: Mm2,
     },
     /// No contour has an area within the limits.
     #[error(
@@ -147,11 +148,11 @@ fn parent(outlines: &[ContourPolygon], i: usize) -> Option<usize> {
 /// most 2 µm.
 pub struct ContourPolygon {
     /// Corners, mm.
-    pub points: Vec<(f64, f64)>,
+    pub points: Vec<Mm2>,
     /// Area, mm².
     pub area_mm2: f64,
     /// Lower left and upper right corner of the box around it, mm.
-    pub bounds: ((f64, f64), (f64, f64)),
+    pub bounds: (Mm2, Mm2),
 }
 
 impl ContourPolygon {
@@ -159,23 +160,23 @@ impl ContourPolygon {
     #[must_use]
     pub fn of(each: &ProfileLoop) -> Self {
         let points = corners(each.curves(), keepout_kernel::Length::small(200));
-        let points: Vec<(f64, f64)> = points.into_iter().map(point_mm).collect();
-        let ends: Vec<(f64, f64)> = each.edges.iter().map(|edge| point_mm(edge.curve.from())).collect();
+        let points: Vec<Mm2> = points.into_iter().map(point_mm).collect();
+        let ends: Vec<Mm2> = each.edges.iter().map(|edge| point_mm(edge.curve.from())).collect();
         let next = ends.iter().cycle().skip(1);
         let arcs =
             each.curves().filter_map(|curve| if let Curve::Arc(arc) = curve { Some(arc) } else { None });
         let bulges: f64 = arcs.map(|arc| arc_mm(arc).double_segment_area()).sum();
-        let double = ends.iter().zip(next).map(|(a, b)| a.0 * b.1 - a.1 * b.0).sum::<f64>() + bulges;
-        let low = points.iter().fold((f64::MAX, f64::MAX), |a, p| (a.0.min(p.0), a.1.min(p.1)));
-        let high = points.iter().fold((f64::MIN, f64::MIN), |a, p| (a.0.max(p.0), a.1.max(p.1)));
+        let double = ends.iter().zip(next).map(|(a, b)| a.cross(*b)).sum::<f64>() + bulges;
+        let low = points.iter().fold(Mm2::new(f64::MAX, f64::MAX), |low, &p| low.min(p));
+        let high = points.iter().fold(Mm2::new(f64::MIN, f64::MIN), |high, &p| high.max(p));
         Self { points, area_mm2: double.abs() / 2.0, bounds: (low, high) }
     }
 
     /// Whether the point lies within, by counting the crossings of a ray.
     #[must_use]
-    pub fn holds(&self, (x, y): (f64, f64)) -> bool {
+    pub fn holds(&self, Mm2 { x, y }: Mm2) -> bool {
         let (low, high) = self.bounds;
-        if x < low.0 || x > high.0 || y < low.1 || y > high.1 {
+        if x < low.x || x > high.x || y < low.y || y > high.y {
             return false;
         }
         let next = self.points.iter().cycle().skip(1);
@@ -183,7 +184,7 @@ impl ContourPolygon {
             .points
             .iter()
             .zip(next)
-            .filter(|&(a, b)| (a.1 > y) != (b.1 > y) && x < a.0 + (b.0 - a.0) * (y - a.1) / (b.1 - a.1));
+            .filter(|&(a, b)| (a.y > y) != (b.y > y) && x < a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
         crossings.count() % 2 == 1
     }
 }

@@ -3,6 +3,7 @@
 use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
 
+use crate::Mm2;
 use crate::finish::centre_distance;
 use crate::plan::{CertifiedPlan, Cut, Pass};
 use crate::profile::MachinedSide;
@@ -39,7 +40,7 @@ impl CertifiedPlan {
                 mm(self.finishing.units())
             ),
         ];
-        if let Some((degrees, (x, y))) = provenance.placed {
+        if let Some((degrees, Mm2 { x, y })) = provenance.placed {
             lines.insert(
                 1,
                 format!("placed       turned by {degrees}° about its origin, then moved by ({x}, {y}) mm"),

@@ -1,7 +1,8 @@
 //! Conversions between millimetres in `f64` and lattice units.
 
+use crate::Mm2;
 use keepout_kernel::curve::{nearest_point, nearest_unit};
-use keepout_kernel::{Arc, ArcView, Curve, LatticeError, Length, Point, UNITS_PER_MM};
+use keepout_kernel::{Arc, ArcView, Curve, LatticeError, Length, Point, UNITS_PER_MM, Vector};
 
 /// Converts a coordinate or length in lattice units to millimetres.
 #[must_use]
@@ -11,8 +12,14 @@ pub fn mm(units: i32) -> f64 {
 
 /// `(x, y)` of a point in millimetres.
 #[must_use]
-pub fn point_mm(point: Point) -> (f64, f64) {
-    (mm(point.x.units()), mm(point.y.units()))
+pub fn point_mm(point: Point) -> Mm2 {
+    Mm2::new(mm(point.x.units()), mm(point.y.units()))
+}
+
+/// A vector in millimetres.
+#[must_use]
+pub fn vector_mm(vector: Vector) -> Mm2 {
+    Mm2::new(mm(vector.dx), mm(vector.dy))
 }
 
 /// The view of an exact arc, in millimetres.
@@ -25,7 +32,7 @@ pub fn arc_mm(arc: &Arc) -> ArcView {
 ///
 /// # Errors
 /// [`LatticeError`] if a coordinate is not finite or beyond ±5.37 m.
-pub fn point_from_mm((x, y): (f64, f64)) -> Result<Point, LatticeError> {
+pub fn point_from_mm(Mm2 { x, y }: Mm2) -> Result<Point, LatticeError> {
     nearest_point(x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM))
 }
 
@@ -41,37 +48,20 @@ pub fn length_up_from_mm(value_mm: f64) -> Result<Length, LatticeError> {
     Length::from_units(if up.is_finite() { nearest_unit(up) } else { i64::MAX })
 }
 
-/// A point in millimetres for messages: `(12.340, -5.000) mm`.
-#[must_use]
-pub fn mm_pair((x, y): (f64, f64)) -> String {
-    format!("({x:.3}, {y:.3}) mm")
-}
-
 /// The point at the share `t` in [0, 1] of a curve's length, mm, and the unit vector of travel there.
 #[must_use]
-pub fn along_mm(curve: &Curve, t: f64) -> ((f64, f64), (f64, f64)) {
+pub fn along_mm(curve: &Curve, t: f64) -> (Mm2, Mm2) {
     let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
     match curve {
         Curve::Line(_) => {
-            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-            let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
-            ((a.0 + dx * t, a.1 + dy * t), (dx / length, dy / length))
+            let along = b - a;
+            (a + along * t, along / along.length().max(f64::MIN_POSITIVE))
         }
         Curve::Arc(arc) => {
             let arc = arc_mm(arc);
-            (arc.at(t), arc.direction(t))
+            (arc.at(t).into(), arc.direction(t).into())
         }
     }
-}
-
-/// The point of the segment `a b` that is nearest to `p`.
-#[must_use]
-pub fn nearest_on_mm(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let length_2 = dx * dx + dy * dy;
-    let t =
-        if length_2 > 0.0 { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_2).clamp(0.0, 1.0) } else { 0.0 };
-    (a.0 + dx * t, a.1 + dy * t)
 }
 
 #[cfg(test)]

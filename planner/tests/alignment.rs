@@ -1,12 +1,11 @@
 //! Alignment: probe points recover the position of a workpiece; contradictory or ambiguous ones are refused.
 #![expect(clippy::unwrap_used, reason = "a test helper may panic")]
 
+use keepout_planner::Mm2;
 use keepout_planner::align::{Alignment, AlignmentError, PartEdges, ProbePoint, ProbePoints, align};
 use keepout_planner::profile::{MachinedSide, Profile};
 use keepout_planner::request::PlanRequest;
 use proptest::prelude::{Strategy, proptest};
-
-type Xy = (f64, f64);
 
 /// The bracket: 0 to 100 by 0 to 60 mm, with further edges.
 fn part() -> PartEdges {
@@ -41,39 +40,39 @@ fn probe_points(points: Vec<ProbePoint>, edges: Vec<ProbePoint>) -> ProbePoints 
 #[derive(Clone, Copy, Debug)]
 struct Truth {
     degrees: f64,
-    origin: Xy,
+    origin: Mm2,
 }
 
 impl Truth {
-    fn machine(&self, (x, y): Xy) -> Xy {
+    fn machine(&self, Mm2 { x, y }: Mm2) -> Mm2 {
         let (sin, cos) = self.degrees.to_radians().sin_cos();
-        (x * cos - y * sin + self.origin.0, x * sin + y * cos + self.origin.1)
+        Mm2::new(x * cos - y * sin + self.origin.x, x * sin + y * cos + self.origin.y)
     }
 
-    fn point(&self, drawing_mm: Xy) -> ProbePoint {
+    fn point(&self, drawing_mm: Mm2) -> ProbePoint {
         ProbePoint { drawing_mm, machine_mm: self.machine(drawing_mm) }
     }
 
     /// A probe point on the edge through `at`. The probe of 6 mm touches the edge there, and the user states
     /// the approximate place `near`.
-    fn probed(&self, at: Xy, outward: Xy, near: Xy) -> ProbePoint {
-        let centre = (at.0 + 3.0 * outward.0, at.1 + 3.0 * outward.1);
+    fn probed(&self, at: Mm2, outward: Mm2, near: Mm2) -> ProbePoint {
+        let centre = at + outward * 3.0;
         ProbePoint { drawing_mm: near, machine_mm: self.machine(centre) }
     }
 
     /// Two probe points on the square's lower edge and one on its left edge.
     fn three_edges(&self) -> Vec<ProbePoint> {
         vec![
-            self.probed((15.0, 20.0), (0.0, -1.0), (16.0, 19.0)),
-            self.probed((85.0, 20.0), (0.0, -1.0), (80.0, 21.0)),
-            self.probed((10.0, 70.0), (-1.0, 0.0), (10.5, 60.0)),
+            self.probed(Mm2::new(15.0, 20.0), Mm2::new(0.0, -1.0), Mm2::new(16.0, 19.0)),
+            self.probed(Mm2::new(85.0, 20.0), Mm2::new(0.0, -1.0), Mm2::new(80.0, 21.0)),
+            self.probed(Mm2::new(10.0, 70.0), Mm2::new(-1.0, 0.0), Mm2::new(10.5, 60.0)),
         ]
     }
 
     fn is_met_by(&self, found: &Alignment, part: &PartEdges, within: f64) {
         for corner in part.corners_mm() {
             let (a, b) = (self.machine(corner), found.machine_mm(corner));
-            let off = (a.0 - b.0).hypot(a.1 - b.1);
+            let off = a.distance(b);
             assert!(off < within, "{off} mm off at {corner:?}: {found:?}");
         }
     }
@@ -82,7 +81,7 @@ impl Truth {
 fn truth() -> impl Strategy<Value = Truth> {
     let coordinate = || -400.0..400.0_f64;
     let turned = (-180.0..180.0_f64, coordinate(), coordinate());
-    turned.prop_map(|(degrees, x, y)| Truth { degrees, origin: (x, y) })
+    turned.prop_map(|(degrees, x, y)| Truth { degrees, origin: Mm2::new(x, y) })
 }
 
 /// Errors of six coordinates, mm. The x and y errors of a point together are at most 5 µm.
@@ -92,8 +91,8 @@ fn errors() -> impl Strategy<Value = Vec<f64>> {
 
 fn disturbed(mut points: Vec<ProbePoint>, errors: &[f64]) -> Vec<ProbePoint> {
     for (point, error) in points.iter_mut().zip(errors.chunks(2)) {
-        point.machine_mm.0 += error[0];
-        point.machine_mm.1 += error[1];
+        point.machine_mm.x += error[0];
+        point.machine_mm.y += error[1];
     }
     points
 }
@@ -103,7 +102,7 @@ proptest! {
     fn alignment_from_points_is_within_its_uncertainty(truth in truth(), errors in errors()) {
         let part = part();
         let points: Vec<ProbePoint> =
-            [(0.0, 0.0), (100.0, 5.0), (40.0, 60.0)].map(|point| truth.point(point)).to_vec();
+            [(0.0, 0.0), (100.0, 5.0), (40.0, 60.0)].map(|point| truth.point(point.into())).to_vec();
         let exact = align(&part, &probe_points(points.clone(), vec![])).unwrap();
         truth.is_met_by(&exact, &part, 0.001);
         assert!(exact.turned && exact.residual_mm() < 1e-6 && !exact.poor);
@@ -124,8 +123,8 @@ proptest! {
 
     #[test]
     fn one_point_or_two_edges_give_an_offset(x in -400.0..400.0_f64, y in -400.0..400.0_f64) {
-        let (truth, part) = (Truth { degrees: 0.0, origin: (x, y) }, square());
-        let found = align(&part, &probe_points(vec![truth.point((50.0, 50.0))], vec![])).unwrap();
+        let (truth, part) = (Truth { degrees: 0.0, origin: Mm2::new(x, y) }, square());
+        let found = align(&part, &probe_points(vec![truth.point(Mm2::new(50.0, 50.0))], vec![])).unwrap();
         truth.is_met_by(&found, &part, 0.001);
         assert!(!found.turned && found.rotation_deg == 0.0);
         let [_, lower, left] = truth.three_edges()[..] else { panic!() };
@@ -139,22 +138,22 @@ proptest! {
 /// 60 % of it.
 #[test]
 fn errors_reach_most_of_the_stated_uncertainty() {
-    let (truth, part) = (Truth { degrees: 30.0, origin: (-200.0, -100.0) }, square());
+    let (truth, part) = (Truth { degrees: 30.0, origin: Mm2::new(-200.0, -100.0) }, square());
     let stated = align(&part, &probe_points(vec![], truth.three_edges())).unwrap().uncertainty_mm;
     let mut worst: f64 = 0.0;
     for signs in 0..8_u8 {
         let mut edges = truth.three_edges();
         for (k, point) in edges.iter_mut().enumerate() {
             let sign = if signs >> k & 1 == 1 { 0.005 } else { -0.005 };
-            let outward: Xy = if k < 2 { (0.0, -1.0) } else { (-1.0, 0.0) };
-            let turned = Truth { origin: (0.0, 0.0), ..truth }.machine(outward);
-            point.machine_mm.0 += turned.0 * sign;
-            point.machine_mm.1 += turned.1 * sign;
+            let outward: Mm2 = if k < 2 { Mm2::new(0.0, -1.0) } else { Mm2::new(-1.0, 0.0) };
+            let turned = Truth { origin: Mm2::ZERO, ..truth }.machine(outward);
+            point.machine_mm.x += turned.x * sign;
+            point.machine_mm.y += turned.y * sign;
         }
         let found = align(&part, &probe_points(vec![], edges)).unwrap();
         for corner in part.corners_mm() {
             let (a, b) = (truth.machine(corner), found.machine_mm(corner));
-            worst = worst.max((a.0 - b.0).hypot(a.1 - b.1));
+            worst = worst.max(a.distance(b));
         }
     }
     assert!(worst <= stated && worst > 0.6 * stated, "{worst} of {stated}");
@@ -162,22 +161,22 @@ fn errors_reach_most_of_the_stated_uncertainty() {
 
 #[test]
 fn contradictory_or_too_few_probe_points_are_refused() {
-    let (truth, part) = (Truth { degrees: -7.0, origin: (-200.0, -100.0) }, square());
+    let (truth, part) = (Truth { degrees: -7.0, origin: Mm2::new(-200.0, -100.0) }, square());
     let refused = |points: Vec<ProbePoint>, edges: Vec<ProbePoint>| {
         align(&part, &probe_points(points, edges)).unwrap_err()
     };
-    let point = |x, y| truth.point((x, y));
+    let point = |x, y| truth.point(Mm2 { x, y });
     assert_eq!(refused(vec![], vec![]), AlignmentError::TooFew);
     assert_eq!(refused(vec![], vec![truth.three_edges()[0]]), AlignmentError::TooFew);
     let mut far = point(90.0, 100.0);
-    far.machine_mm.0 += 0.2;
+    far.machine_mm.x += 0.2;
     let error = refused(vec![point(10.0, 20.0), far], vec![]);
     assert!(matches!(error, AlignmentError::Distance { first: 1, second: 2, .. }), "{error}");
     assert!(error.to_string().contains("steps per mm"), "{error}");
     let mut edges = truth.three_edges();
-    edges.push(truth.probed((10.0, 30.0), (-1.0, 0.0), (9.0, 35.0)));
+    edges.push(truth.probed(Mm2::new(10.0, 30.0), Mm2::new(-1.0, 0.0), Mm2::new(9.0, 35.0)));
     align(&part, &probe_points(vec![], edges.clone())).unwrap();
-    edges[3].machine_mm.0 -= 0.5;
+    edges[3].machine_mm.x -= 0.5;
     assert!(matches!(refused(vec![], edges), AlignmentError::Residual { .. }));
     let same = vec![point(10.0, 20.0), point(10.0, 20.0)];
     assert_eq!(refused(same, vec![]), AlignmentError::Undetermined);
@@ -191,12 +190,12 @@ fn contradictory_or_too_few_probe_points_are_refused() {
 
 #[test]
 fn ambiguous_or_wrong_edge_points_are_refused() {
-    let (truth, part) = (Truth { degrees: 12.0, origin: (50.0, -100.0) }, square());
+    let (truth, part) = (Truth { degrees: 12.0, origin: Mm2::new(50.0, -100.0) }, square());
     let refused = |edges: Vec<ProbePoint>| align(&part, &probe_points(vec![], edges)).unwrap_err();
     let [first, second, third] = truth.three_edges()[..] else { panic!() };
-    let parallel = truth.probed((40.0, 100.0), (0.0, 1.0), (40.0, 101.0));
+    let parallel = truth.probed(Mm2::new(40.0, 100.0), Mm2::new(0.0, 1.0), Mm2::new(40.0, 101.0));
     assert_eq!(refused(vec![first, second, parallel]), AlignmentError::Undetermined);
-    let corner = ProbePoint { drawing_mm: (10.0, 20.0), ..third };
+    let corner = ProbePoint { drawing_mm: Mm2::new(10.0, 20.0), ..third };
     let error = refused(vec![first, second, corner]);
     assert!(matches!(error, AlignmentError::WhichEdge { .. }), "{error}");
     let alike = ProbePoint { drawing_mm: first.drawing_mm, ..second };

@@ -3,6 +3,7 @@
 
 use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
+use keepout_planner::Mm2;
 use keepout_planner::finish::{FinishingLoop, PathRefusal};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{
@@ -13,7 +14,7 @@ use keepout_planner::profile::{MachinedSide, Profile, ProfileEdge, ProfileError,
 
 #[expect(clippy::unwrap_used, reason = "the test gives valid coordinates")]
 fn at(x_mm: f64, y_mm: f64) -> Point {
-    keepout_planner::units::point_from_mm((x_mm, y_mm)).unwrap()
+    keepout_planner::units::point_from_mm(Mm2::new(x_mm, y_mm)).unwrap()
 }
 
 #[expect(clippy::unwrap_used, reason = "the test gives valid chord errors")]

@@ -7,13 +7,14 @@ use std::fmt::Write as _;
 
 use keepout_kernel::curve::{fit_arc, hypot, nearest_point, radius, xy};
 use keepout_kernel::{Curve, Point, Segment, Turn};
+use keepout_planner::Mm2;
 use keepout_planner::finish::{centre_distance, propose};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::merge::{INWARD, OUTWARD, merged_loop};
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::profile::{MachinedSide, Profile, free_outlines};
 use keepout_planner::request::PlanRequest;
-use keepout_planner::units::{along_mm, mm, nearest_on_mm, point_mm};
+use keepout_planner::units::{along_mm, mm, point_mm};
 use proptest::prelude::{Strategy, proptest};
 use proptest::test_runner::Config;
 
@@ -63,14 +64,14 @@ fn arc_through(from: Point, by: Point, to: Point) -> Option<Curve> {
 }
 
 /// Sample points on the curve with both its ends, mm.
-fn places_on(curve: &Curve) -> Vec<(f64, f64)> {
+fn places_on(curve: &Curve) -> Vec<Mm2> {
     let place = |k: u32| along_mm(curve, f64::from(k) / f64::from(PLACES)).0;
     (0..=PLACES).map(place).collect()
 }
 
 /// The distance of a place (mm) to the right of the curve, lattice units. For a place beyond the ends, the
 /// distance from the nearer end.
-fn right_of((x, y): (f64, f64), curve: &Curve) -> f64 {
+fn right_of(Mm2 { x, y }: Mm2, curve: &Curve) -> f64 {
     let p = (x / mm(1), y / mm(1));
     let (a, b) = (xy(curve.from()), xy(curve.to()));
     let far = |q: (f64, f64)| hypot(p.0 - q.0, p.1 - q.1);
@@ -78,7 +79,7 @@ fn right_of((x, y): (f64, f64), curve: &Curve) -> f64 {
     let at_end = far(a).min(far(b));
     match curve {
         Curve::Line(_) => {
-            let n = nearest_on_mm(p, a, b);
+            let n = <(f64, f64)>::from(Mm2::from(p).nearest_on(a.into(), b.into()));
             if n == a || n == b { at_end } else { -side(a, b) / hypot(b.0 - a.0, b.1 - a.1) }
         }
         Curve::Arc(arc) => {
@@ -92,7 +93,7 @@ fn right_of((x, y): (f64, f64), curve: &Curve) -> f64 {
 }
 
 /// The distance of each place to the right of the nearest curve.
-fn beside<'a>(places: &'a [(f64, f64)], curves: &'a [&Curve]) -> impl Iterator<Item = f64> + 'a {
+fn beside<'a>(places: &'a [Mm2], curves: &'a [&Curve]) -> impl Iterator<Item = f64> + 'a {
     places.iter().map(|&p| {
         let each = curves.iter().map(|curve| right_of(p, curve));
         each.min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap()
@@ -257,6 +258,6 @@ fn merging_keeps_the_path_length() {
     let length_mm = plan.plan.finish().length_mm();
     assert!((length_mm - TAU * radius_mm).abs() < 0.02, "{length_mm}");
     let start = plan.plan.finish().loops[0].curves[0].from();
-    let (x, y) = point_mm(start);
+    let Mm2 { x, y } = point_mm(start);
     assert!((x.hypot(y) - radius_mm).abs() < 0.002);
 }

@@ -9,6 +9,7 @@ use fastrand::Rng;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::build::build;
 use keepout_kernel::{CheckedIndex, Edge, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
+use keepout_planner::Mm2;
 use keepout_planner::finish::FinishError;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::mesh::{Mesh, MeshError};
@@ -25,11 +26,11 @@ fn ring(points: &[Point]) -> Vec<Edge> {
 }
 
 /// A star-shaped polygon about a centre. It does not cross itself; with many corners it has needles.
-fn star(random: &mut Rng, centre: (f64, f64), reach: f64, count: usize) -> Vec<Point> {
+fn star(random: &mut Rng, centre: Mm2, reach: f64, count: usize) -> Vec<Point> {
     let vertex = |k: usize| {
         let phi = std::f64::consts::TAU * k as f64 / count as f64;
         let r = reach * (0.2 + 0.8 * random.f64());
-        keepout_kernel::curve::nearest_point(centre.0 + r * phi.cos(), centre.1 + r * phi.sin()).unwrap()
+        keepout_kernel::curve::nearest_point(centre.x + r * phi.cos(), centre.y + r * phi.sin()).unwrap()
     };
     (0..count).map(vertex).collect()
 }
@@ -50,10 +51,10 @@ fn nearest_edges_and_components_agree_with_brute_force() {
     let mut random = Rng::with_seed(43);
     for case in 0..40 {
         let count = random.usize(3..400);
-        let mut edges = ring(&star(&mut random, (0.0, 0.0), 8e6, count));
+        let mut edges = ring(&star(&mut random, Mm2::new(0.0, 0.0), 8e6, count));
         let holes = random.usize(0..4);
         for k in 0..holes {
-            edges.extend(ring(&star(&mut random, (1.2e7, 3e6 * k as f64 - 4e6), 1e6, 12)));
+            edges.extend(ring(&star(&mut random, Mm2::new(1.2e7, 3e6 * k as f64 - 4e6), 1e6, 12)));
         }
         let index = build(edges).unwrap();
         for refined in [false, true] {

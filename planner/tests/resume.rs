@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::certify_path;
 use keepout_kernel::{Curve, Length, Point, UNITS_PER_MM};
+use keepout_planner::Mm2;
 use keepout_planner::job::{
     ContourJob, JobError, LoopNumber, PartialLoop, Progress, ProgressError, contour_job, resume_in_place,
     resume_job,
@@ -15,7 +16,7 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
-use keepout_planner::units::{along_mm, nearest_on_mm, point_from_mm, point_mm};
+use keepout_planner::units::{along_mm, point_from_mm, point_mm};
 use proptest::prelude::{Strategy, any, proptest};
 use proptest::test_runner::{Config, TestRunner};
 
@@ -142,20 +143,20 @@ fn check_job(plan: &CertifiedPlan, job: &ContourJob, from: Point) {
 /// The distance of a point from a curve, mm, exact to 1 µm.
 fn away_mm(curve: &Curve, at: Point) -> f64 {
     let p = point_mm(at);
-    let points: Vec<(f64, f64)> =
+    let points: Vec<Mm2> =
         curve.chord_points(Length::small(100)).unwrap().into_iter().map(point_mm).collect();
-    let away = |pair: &[(f64, f64)]| {
-        let q = nearest_on_mm(p, pair[0], pair[1]);
-        (p.0 - q.0).hypot(p.1 - q.1)
+    let away = |pair: &[Mm2]| {
+        let q = p.nearest_on(pair[0], pair[1]);
+        (p.x - q.x).hypot(p.y - q.y)
     };
     points.windows(2).map(away).fold(f64::INFINITY, f64::min)
 }
 
 /// A reported position: up to 2.5 µm off in x and in y, then rounded to 1 µm.
 fn reported(curve: &Curve, share: f64, draws: &mut Draws) -> Point {
-    let (x, y) = along_mm(curve, share).0;
+    let Mm2 { x, y } = along_mm(curve, share).0;
     let digit = |c: f64, d: f64| ((c + (d - 0.5) * 0.005) * 1000.0).round() / 1000.0;
-    point_from_mm((digit(x, draws.next()), digit(y, draws.next()))).unwrap()
+    point_from_mm(Mm2::new(digit(x, draws.next()), digit(y, draws.next()))).unwrap()
 }
 
 /// Interrupts a job `times` times and checks the result. Returns the number of loops that it had to recut
@@ -229,7 +230,7 @@ fn check_whole(plan: &CertifiedPlan, done: &Done, times: usize, recut_mm: f64) {
             *cut > length - tolerance_mm && *cut < length + recut_mm + tolerance_mm,
             "{number}: {cut} of {length}"
         );
-        let chords: Vec<((f64, f64), (f64, f64))> = done.curves[number]
+        let chords: Vec<(Mm2, Mm2)> = done.curves[number]
             .iter()
             .flat_map(|curve| {
                 let points = curve.chord_points(Length::small(50)).unwrap();
@@ -240,8 +241,8 @@ fn check_whole(plan: &CertifiedPlan, done: &Done, times: usize, recut_mm: f64) {
             let curve = &curves[k % curves.len()];
             let p = along_mm(curve, f64::from(u8::try_from(k % 200).unwrap()) / 200.0).0;
             let away = chords.iter().map(|&(a, b)| {
-                let q = nearest_on_mm(p, a, b);
-                (q.0 - p.0).hypot(q.1 - p.1)
+                let q = p.nearest_on(a, b);
+                (q.x - p.x).hypot(q.y - p.y)
             });
             let away = away.fold(f64::INFINITY, f64::min);
             assert!(away < 0.012, "{number}: {p:?} is {away} mm from all cuts");

@@ -2,6 +2,7 @@
 
 use keepout_kernel::curve::fit_arc;
 use keepout_kernel::{Arc, Curve, Length, Point, Segment, Vector};
+use keepout_planner::Mm2;
 use keepout_planner::finish::{FinishingLoop, PathRefusal};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, Cut, PassParameters, Plan, PlanError, PlanParameters};
@@ -125,7 +126,8 @@ fn added_triangle_around_the_path_is_refused() {
     let radius = f64::from(start.x.units()).hypot(f64::from(start.y.units())) + 2.0;
     let corner = |third: u32| {
         let (sine, cosine) = (f64::from(third % 3) * 120.0).to_radians().sin_cos();
-        point_from_mm((2.0 * radius * cosine / 1e5, 2.0 * radius * sine / 1e5)).expect("near the origin")
+        point_from_mm(Mm2::new(2.0 * radius * cosine / 1e5, 2.0 * radius * sine / 1e5))
+            .expect("near the origin")
     };
     let curves = (0..3).map(|k| Curve::Line(Segment { from: corner(k), to: corner(k + 1) })).collect();
     loops.push(FinishingLoop { curves, component: 0 });
@@ -334,7 +336,7 @@ fn climb_and_conventional_cuts_run_in_opposite_directions() {
         let Curve::Arc(lead) = curves[1] else { panic!("{:?}", curves[1]) };
         let (_, at_end) = keepout_planner::units::along_mm(&Curve::Arc(lead), 1.0);
         let (_, at_begin) = keepout_planner::units::along_mm(&curves[2], 0.0);
-        assert!((at_end.0 * at_begin.1 - at_end.1 * at_begin.0).abs() < 0.01, "{at_end:?} {at_begin:?}");
+        assert!((at_end.x * at_begin.y - at_end.y * at_begin.x).abs() < 0.01, "{at_end:?} {at_begin:?}");
     }
 }
 

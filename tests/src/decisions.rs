@@ -9,6 +9,7 @@ use keepout_executor::session::{Engine, NoEventLog, Sample, SessionSetup, neares
 use keepout_executor::supervisor::{OperatorInput, Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
+use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
@@ -34,7 +35,7 @@ pub struct Decisions {
     input_due: Time,
     bytes: Vec<u8>,
     samples: Vec<Sample>,
-    wall: Option<(f64, f64)>,
+    wall: Option<Mm2>,
     inputs: u32,
     part_box_mm: (f64, f64, f64, f64),
 }
@@ -53,12 +54,12 @@ impl Decisions {
         machine.travel_mm = [1000.0, 1000.0];
         let place = place_on_table(&work.plan, &machine, None).map_err(|error| error.to_string())?;
         let (low, high) = work.plan.part_box();
-        let ((x, y), (x1, y1)) = (point_mm(low), point_mm(high));
+        let (Mm2 { x, y }, Mm2 { x: x1, y: y1 }) = (point_mm(low), point_mm(high));
         let off = 2.0 * mm(work.plan.roughing.units());
-        let start = point_from_mm((x - off, y - off)).map_err(|error| error.to_string())?;
+        let start = point_from_mm(Mm2::new(x - off, y - off)).map_err(|error| error.to_string())?;
         let on_machine: Point = start.translated(place.offset).map_err(|error| error.to_string())?;
         let settings = SimSettings {
-            work_offset_mm: (0.0, 0.0),
+            work_offset_mm: Mm2::ZERO,
             ..SimSettings::of(machine.clone(), point_mm(on_machine))
         };
         let config = DialectConfig::of(&machine, place.offset);

@@ -16,6 +16,7 @@ pub use judge::{JudgedLog, Watched};
 use keepout_executor::session::place_on_table;
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::Vector;
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan_file;
 use keepout_planner::request::PlanRequest;
@@ -99,7 +100,7 @@ pub struct Trials {
 
 /// The drawing's origin, machine coordinates, mm: near the home position.
 const ORIGIN: &str = "-130,-110";
-const ORIGIN_MM: (f64, f64) = (-130.0, -110.0);
+const ORIGIN_MM: Mm2 = Mm2::new(-130.0, -110.0);
 
 impl Trials {
     /// Makes the plan in an emptied folder, for sessions of `program`, which is `keepout`.

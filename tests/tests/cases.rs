@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use keepout_planner::Mm2;
 use keepout_planner::drawing::EntityFilter;
 use keepout_planner::plan::PassParameters;
 use keepout_planner::plan_file;
@@ -52,7 +53,7 @@ struct Case {
     #[serde(default)]
     line_types: Vec<String>,
     #[serde(default)]
-    at: Vec<(f64, f64)>,
+    at: Vec<Mm2>,
     #[serde(default)]
     leave_out_open: bool,
     #[serde(default)]
@@ -62,7 +63,7 @@ struct Case {
     #[serde(default)]
     rotate_deg: Option<f64>,
     #[serde(default)]
-    offset_mm: Option<(f64, f64)>,
+    offset_mm: Option<Mm2>,
     #[serde(default)]
     left_out: Option<String>,
     #[serde(default)]

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use keepout_executor::session::{Ended, Going, NoEventLog};
 use keepout_executor::supervisor::PreparedPlan;
+use keepout_planner::Mm2;
 use keepout_planner::plan::{Cut, PassParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
@@ -71,6 +72,6 @@ fn tool_keeps_out_of_clamps_and_goes_around_them() {
 #[test]
 fn turned_drawing_is_cut() {
     let mut wanted = order(4.0);
-    wanted.choice.placed = Some((33.3, (12.5, -7.25)));
+    wanted.choice.placed = Some((33.3, Mm2::new(12.5, -7.25)));
     run("rounded_plate.dxf", &wanted, "reversal").unwrap_or_else(|reason| panic!("{reason}"));
 }

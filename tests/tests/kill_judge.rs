@@ -8,6 +8,7 @@ use keepout_executor::session::log::{Header, LogWriter};
 use keepout_executor::session::{Going, Sample, SampleKind};
 use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_kernel::Vector;
+use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
@@ -114,20 +115,18 @@ fn collision_monitor_reports_gouge_and_uncut_contour() {
     // of it.
     for share in [0.002, 0.5] {
         let mut inside = samples.clone();
-        let ((low_x, low_y), (high_x, high_y)) = box_of(&samples);
-        let (x, y) = inside[from].position_mm;
+        let (Mm2 { x: low_x, y: low_y }, Mm2 { x: high_x, y: high_y }) = box_of(&samples);
+        let Mm2 { x, y } = inside[from].position_mm;
         let toward = |at: f64, low: f64, high: f64| at + share * (f64::midpoint(low, high) - at);
-        inside[from].position_mm = (toward(x, low_x, high_x), toward(y, low_y, high_y));
+        inside[from].position_mm = Mm2::new(toward(x, low_x, high_x), toward(y, low_y, high_y));
         objects("the tool was in the part", judged(inside));
     }
 }
 
-fn box_of(samples: &[Sample]) -> ((f64, f64), (f64, f64)) {
-    let mut corners = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
+fn box_of(samples: &[Sample]) -> (Mm2, Mm2) {
+    let (mut low, mut high) = (Mm2::new(f64::MAX, f64::MAX), Mm2::new(f64::MIN, f64::MIN));
     for sample in samples.iter().filter(|sample| sample.kind == SampleKind::Run) {
-        let (x, y) = sample.position_mm;
-        corners.0 = (corners.0.0.min(x), corners.0.1.min(y));
-        corners.1 = (corners.1.0.max(x), corners.1.1.max(y));
+        (low, high) = (low.min(sample.position_mm), high.max(sample.position_mm));
     }
-    corners
+    (low, high)
 }

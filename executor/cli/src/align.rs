@@ -2,13 +2,13 @@
 
 use std::process::ExitCode;
 
+use keepout_planner::Mm2;
 use keepout_planner::align::file::{AlignmentFile, Method, VERSION};
 use keepout_planner::align::{Alignment, PartEdges, ProbePoint, ProbePoints, align as aligned};
 use keepout_planner::plan::{CertifiedPlan, PlanError};
 use keepout_planner::profile::Profile;
 use keepout_planner::request::PlanRequestError;
 use keepout_planner::text_file;
-use keepout_planner::units::mm_pair;
 
 use super::plan::{refuse_same, request_of};
 use super::{AlignArguments, CliError, RunArguments, pair};
@@ -65,7 +65,7 @@ fn file_of(found: &Alignment, probe_points: &ProbePoints, drawing: &str) -> Alig
         (true, _) => Method::Edges,
         (false, true) => Method::Points,
     };
-    let (x, y) = found.origin_mm;
+    let Mm2 { x, y } = found.origin_mm;
     AlignmentFile {
         version: VERSION,
         rotation_deg: found.rotation_deg,
@@ -88,7 +88,7 @@ fn summary(found: &Alignment, probe_points: &ProbePoints) -> String {
     };
     let mut lines = vec![
         format!("rotation     {}°{measured}", found.rotation_deg),
-        format!("origin       {} machine coordinates", mm_pair(found.origin_mm)),
+        format!("origin       {} machine coordinates", found.origin_mm),
     ];
     let points = (1..=probe_points.points.len()).map(|number| format!("point {number}"));
     let edges = (1..=probe_points.edges.len()).map(|number| format!("edge touch {number}"));
@@ -97,9 +97,7 @@ fn summary(found: &Alignment, probe_points: &ProbePoints) -> String {
     lines.push(format!(
         "uncertainty  the part can lie up to {:.4} mm off at {} of the drawing, if each touch is up to {} mm \
          wrong",
-        found.uncertainty_mm,
-        mm_pair(found.worst_at_mm),
-        probe_points.probe_error_mm
+        found.uncertainty_mm, found.worst_at_mm, probe_points.probe_error_mm
     ));
     lines.push(
         "margin       the uncertainty does not affect it: path and part move together. The part may sit off \

@@ -6,6 +6,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::operator::Panel;
 use keepout_executor::supervisor::Supervisor;
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::units::point_mm;
 
 use super::screen::Screen;
@@ -35,7 +36,7 @@ impl Display {
             return;
         }
         let position = supervisor.position().map_or("position unknown".into(), |point| {
-            let (x, y) = point_mm(point);
+            let Mm2 { x, y } = point_mm(point);
             format!("x {x:9.3}  y {y:9.3} mm")
         });
         let progress = supervisor

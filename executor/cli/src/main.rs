@@ -26,6 +26,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 pub use error::CliError;
+use keepout_planner::Mm2;
 use keepout_planner::align::{PROBE_ERROR_MM, ProbePoint, TOLERANCE_MM};
 use keepout_planner::job::LoopNumber;
 use keepout_planner::plan::{Cut, FEEDS_MM_MIN, PassParameters};
@@ -168,7 +169,7 @@ struct DrawingArguments {
     rotate_deg: Option<f64>,
     /// Move the drawing after its rotation, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
-    offset_mm: Option<(f64, f64)>,
+    offset_mm: Option<Mm2>,
     /// Stop if the work takes longer than this time, s.
     #[arg(long, value_name = "S", default_value_t = plan::LIMIT_S, value_parser = time)]
     limit_s: f64,
@@ -247,7 +248,7 @@ struct PlanArguments {
     margin_mm: Option<f64>,
     /// Use only the smallest contour around this point, and the contours directly inside it. Can be repeated.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
-    at: Vec<(f64, f64)>,
+    at: Vec<Mm2>,
     /// Use only contours of at least this area, mm².
     #[arg(long, value_name = "MM2")]
     min_area_mm2: Option<f64>,
@@ -322,7 +323,7 @@ struct RunArguments {
     baud: u32,
     /// Machine coordinates of the drawing's origin, mm. A real machine needs this option or --alignment.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, group = "place")]
-    origin_mm: Option<(f64, f64)>,
+    origin_mm: Option<Mm2>,
     /// Alignment file of `keepout align`, the same file as in `keepout plan`. It gives the drawing's origin.
     #[arg(long, value_name = "FILE", group = "place")]
     alignment: Option<PathBuf>,
@@ -368,10 +369,10 @@ struct RunArguments {
     latency_ms: u64,
     /// Simulated machine: travel in x and y, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair)]
-    travel_mm: Option<(f64, f64)>,
+    travel_mm: Option<Mm2>,
     /// Simulated machine: start position of the tool's centre, drawing coordinates, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
-    start_mm: Option<(f64, f64)>,
+    start_mm: Option<Mm2>,
     /// Simulated machine and operator: seed of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -399,12 +400,12 @@ struct RunArguments {
 }
 
 /// Parses `X,Y` as two finite numbers.
-fn pair(text: &str) -> Result<(f64, f64), String> {
+fn pair(text: &str) -> Result<Mm2, String> {
     let wrong = || format!("\"{text}\" is not two numbers with a comma between them, such as -200,-175");
     let (x, y) = text.split_once(',').ok_or_else(wrong)?;
     let number =
         |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
-    Ok((number(x)?, number(y)?))
+    Ok(Mm2::new(number(x)?, number(y)?))
 }
 
 /// Parses a time limit, s.

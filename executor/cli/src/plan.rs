@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use keepout_planner::Mm2;
 use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::file::OUTPUT;
 use keepout_planner::inspect::inspect as look_at;
@@ -100,7 +101,7 @@ pub fn request_of(arguments: &DrawingArguments) -> Result<PlanRequest, CliError>
     choice.solids = arguments.with.contains(&super::Extra::Solid);
     choice.placed = match (arguments.rotate_deg, arguments.offset_mm) {
         (None, None) => None,
-        (degrees, offset) => Some((degrees.unwrap_or(0.0), offset.unwrap_or((0.0, 0.0)))),
+        (degrees, offset) => Some((degrees.unwrap_or(0.0), offset.unwrap_or(Mm2::ZERO))),
     };
     if choice.placed.is_some_and(|(degrees, _)| !(-360.0..=360.0).contains(&degrees)) {
         return Err(CliError::Argument("--rotate-deg must be between -360 and 360".into()));

@@ -16,6 +16,7 @@ use keepout_executor::session::{
 };
 use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::file::OUTPUT;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
@@ -108,7 +109,7 @@ fn answer_within(arguments: &RunArguments) -> Result<Duration, CliError> {
 pub fn simulated_machine(arguments: &RunArguments) -> Result<MachineProfile, CliError> {
     let machine = MachineProfile::simulated();
     match arguments.travel_mm {
-        Some((x, y)) => Ok(MachineProfile { travel_mm: [x, y], ..machine }.checked()?),
+        Some(Mm2 { x, y }) => Ok(MachineProfile { travel_mm: [x, y], ..machine }.checked()?),
         None => Ok(machine),
     }
 }

@@ -16,6 +16,7 @@ use keepout_executor::supervisor::{Phase, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
 use keepout_kernel::exact::ring::Ring;
+use keepout_planner::Mm2;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{mm, point_mm};
 
@@ -42,8 +43,8 @@ pub struct Screen {
     thread: Option<JoinHandle<()>>,
     due: Option<Instant>,
     outline: Option<Arc<ScreenOutline>>,
-    trail: Vec<(f64, f64)>,
-    track: VecDeque<(Time, (f64, f64))>,
+    trail: Vec<Mm2>,
+    track: VecDeque<(Time, Mm2)>,
     panel: Panel,
     /// The last notices.
     notices: Vec<String>,
@@ -125,7 +126,7 @@ impl Screen {
         self.notices.drain(..old);
     }
 
-    fn follow(&mut self, position_mm: Option<(f64, f64)>, now: Time) {
+    fn follow(&mut self, position_mm: Option<Mm2>, now: Time) {
         let Some(position) = position_mm else { return };
         self.track.push_back((now, position));
         while self.track.len() > 2 && now.since(self.track[1].0) >= SPEED_OVER {
@@ -143,7 +144,7 @@ impl Screen {
         let ((since, _), (now, _)) = (self.track.front()?, self.track.back()?);
         let seconds = now.since(*since).as_secs_f64();
         let steps = self.track.iter().zip(self.track.iter().skip(1));
-        let length: f64 = steps.map(|(a, b)| (b.1.0 - a.1.0).hypot(b.1.1 - a.1.1)).sum();
+        let length: f64 = steps.map(|(a, b)| a.1.distance(b.1)).sum();
         (seconds > 0.0).then(|| length / seconds)
     }
 }
@@ -192,7 +193,7 @@ fn percent(supervisor: &Supervisor) -> Option<u8> {
 /// The rings of the part and of the keep-out zones.
 fn outline_of(plan: &CertifiedPlan) -> ScreenOutline {
     let rings = plan.part.region().rings().iter().chain(plan.part.zones());
-    let closed = |ring: &Ring| -> Vec<(f64, f64)> {
+    let closed = |ring: &Ring| -> Vec<Mm2> {
         let corners = ring.vertices();
         corners.iter().chain(corners.first()).copied().map(point_mm).collect()
     };
@@ -201,7 +202,7 @@ fn outline_of(plan: &CertifiedPlan) -> ScreenOutline {
 
 fn distance_to_part(plan: &CertifiedPlan, position: Point) -> Option<f64> {
     let (at, wall) = (point_mm(position), nearest_wall(plan, position)?);
-    Some((at.0 - wall.0).hypot(at.1 - wall.1))
+    Some(at.distance(wall))
 }
 
 /// The drawing thread: shows each picture until the view closes, or the terminal fails.

@@ -10,6 +10,7 @@ use std::time::Duration;
 use clap::Args;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::place_on_table;
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::standalone::{Records, Signals, Standalone, state};
@@ -41,7 +42,7 @@ pub struct SimulateArguments {
     seed: u64,
     /// Start position of the tool, machine coordinates, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, default_value = "-1,-1", allow_hyphen_values = true)]
-    start_mm: (f64, f64),
+    start_mm: Mm2,
     /// Start homed. Without this option the machine is locked until it homes. It homes in place, as if the
     /// tool were raised and lowered again.
     #[arg(long)]
@@ -70,7 +71,7 @@ pub struct SimulateArguments {
     time: CertifyTime,
     /// Machine coordinates of the drawing's origin, for --monitor, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
-    origin_mm: Option<(f64, f64)>,
+    origin_mm: Option<Mm2>,
 }
 
 pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {

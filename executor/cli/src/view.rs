@@ -4,6 +4,7 @@ mod canvas;
 mod letters;
 mod plan;
 
+use keepout_planner::Mm2;
 use std::sync::Arc;
 
 pub use plan::ScreenOutline;
@@ -104,7 +105,7 @@ pub struct ViewFacts {
     /// State of the machine.
     pub headline: Headline,
     /// The tool's centre, drawing coordinates, mm.
-    pub position_mm: Option<(f64, f64)>,
+    pub position_mm: Option<Mm2>,
     /// Distance from the tool's centre to the wall, mm. It is 0 at the wall.
     pub wall_mm: Option<f64>,
     /// Speed of the tool, mm/s.
@@ -114,7 +115,7 @@ pub struct ViewFacts {
     /// Outlines of the part and of the keep-out zones.
     pub outline: Arc<ScreenOutline>,
     /// Past positions of the tool's centre, oldest first, drawing coordinates, mm.
-    pub trail: Vec<(f64, f64)>,
+    pub trail: Vec<Mm2>,
     /// Status line of the operator's device: speed or step size.
     pub status: String,
     /// The last notices, oldest first.
@@ -171,8 +172,8 @@ fn small_view(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
     lines.extend(explained(&facts.headline, width));
     let body = height.saturating_sub(lines.len() + 2);
     let figures = [
-        format!("X {}", position(facts.position_mm.map(|at| at.0))),
-        format!("Y {}", position(facts.position_mm.map(|at| at.1))),
+        format!("X {}", position(facts.position_mm.map(|at| at.x))),
+        format!("Y {}", position(facts.position_mm.map(|at| at.y))),
         format!("wall {:>8} mm", distance(facts.wall_mm)),
         speed(facts),
         facts.status.clone(),
@@ -199,9 +200,9 @@ fn large_figures(facts: &ViewFacts, room: usize) -> Vec<String> {
         let labels = ["", label, ""];
         rows.iter().zip(labels).map(|(row, label)| format!("{label:<5}{row}").trim_end().into()).collect()
     };
-    let mut lines = big("X", &position(facts.position_mm.map(|at| at.0)));
+    let mut lines = big("X", &position(facts.position_mm.map(|at| at.x)));
     lines.push(String::new());
-    lines.extend(big("Y", &position(facts.position_mm.map(|at| at.1))));
+    lines.extend(big("Y", &position(facts.position_mm.map(|at| at.y))));
     lines.push(String::new());
     lines.extend(big("WALL", &format!("{:>9}", distance(facts.wall_mm))));
     let rest = [speed(facts), facts.status.clone(), clock(facts.seconds)];

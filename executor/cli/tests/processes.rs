@@ -469,7 +469,7 @@ fn conformance_findings_are_stored_in_the_profile() {
     assert_eq!((controller.planner_blocks, controller.receive_buffer), (Some(15), Some(128)));
     let compared = keepout(&["doctor", "--compare", &record, &record]);
     assert!(compared.status.code() == Some(0) && printed(&compared).contains("no difference"));
-    let header = r#"{"keepout_conformance":2,"dialect":"grbl","digit_mm":0.001,"step_mm":0.0025}"#;
+    let header = r#"{"keepout_conformance":3,"dialect":"grbl","digit_mm":0.001,"step_mm":0.0025}"#;
     std::fs::write(&record, format!("{header}\n1 z\n")).unwrap();
     let damaged = keepout(&["doctor", "--compare", &record, &record]);
     assert!(

@@ -12,6 +12,7 @@ use keepout_executor::dialect::described::{Accepted, Slot, Template};
 use keepout_executor::session::Sample;
 use keepout_executor::supervisor::Mode;
 use keepout_guard::{Interpolation, Time};
+use keepout_planner::Mm2;
 
 use super::controller::{Disturbance, SimulatedController};
 use super::grbl::SimSettings;
@@ -143,7 +144,7 @@ impl DescribedSim {
                 self.feed = feed
                     .map_or(self.feed, |feed| feed * description.speed.ten() / description.speed.per_mm());
                 if lines.is_some_and(|lines| index + 1 == lines.len()) {
-                    let centre = captures.number(Slot::I).zip(captures.number(Slot::J));
+                    let centre = captures.number(Slot::I).zip(captures.number(Slot::J)).map(Mm2::from);
                     self.drive(description, centre.filter(|_| kind > 0), kind == 1)?;
                 }
                 return Ok(None);
@@ -152,17 +153,17 @@ impl DescribedSim {
         Err(1)
     }
 
-    fn drive(&mut self, description: &Description, centre: Option<(f64, f64)>, left: bool) -> Result<(), u8> {
+    fn drive(&mut self, description: &Description, centre: Option<Mm2>, left: bool) -> Result<(), u8> {
         let to = self.machine_mm(self.place, description.zero);
         let [width, height] = self.settings.machine.travel_mm;
-        if !(-width..=0.0).contains(&to.0) || !(-height..=0.0).contains(&to.1) {
+        if !(-width..=0.0).contains(&to.x) || !(-height..=0.0).contains(&to.y) {
             return Err(3);
         }
         if self.fault || self.plant.is_homing() || self.plant.is_busy() && !description.queues {
             return Err(2);
         }
         match (centre, description.contours) {
-            (Some((i, j)), _) => self.arc(to, self.machine_mm([i, j], [0, 0]), left),
+            (Some(Mm2 { x: i, y: j }), _) => self.arc(to, self.machine_mm([i, j], [0, 0]), left),
             // A controller whose contour motions are linear also drives jogs straight, unless it is stopped.
             (None, Interpolation::Linear) => self.plant.push(to, self.feed),
             (None, Interpolation::Independent) => self.plant.push_apart(to, self.feed),
@@ -171,39 +172,38 @@ impl DescribedSim {
     }
 
     /// Drives chords of an arc. Its centre lies at `ij` from the end of the last motion.
-    fn arc(&mut self, to: (f64, f64), ij: (f64, f64), left: bool) {
+    fn arc(&mut self, to: Mm2, ij: Mm2, left: bool) {
         let from = self.plant.planned_end();
-        let centre = (from.0 + ij.0, from.1 + ij.1);
-        let radius = ij.0.hypot(ij.1);
-        let (first, last) = ((-ij.1).atan2(-ij.0), (to.1 - centre.1).atan2(to.0 - centre.0));
+        let centre = from + ij;
+        let (radius, first, last) = (ij.length(), (-ij).angle(), (to - centre).angle());
         let turn = if left { last - first } else { first - last }.rem_euclid(std::f64::consts::TAU);
         let turn = if turn < 1e-9 { std::f64::consts::TAU } else { turn };
         let step = (8.0 * SAGITTA / radius.max(1e-6)).sqrt().min(0.5);
         let mut swept = step;
         while swept < turn {
             let phi = if left { first + swept } else { first - swept };
-            self.plant.push((centre.0 + radius * phi.cos(), centre.1 + radius * phi.sin()), self.feed);
+            self.plant.push(centre + Mm2::unit(phi) * radius, self.feed);
             swept += step;
         }
         self.plant.push(to, self.feed);
     }
 
     /// Converts written numbers to machine coordinates, mm.
-    fn machine_mm(&self, written: [f64; 2], zero: [i64; 2]) -> (f64, f64) {
+    fn machine_mm(&self, written: [f64; 2], zero: [i64; 2]) -> Mm2 {
         let Description { coordinate, swap, invert, .. } = *self.description;
         let axis = |k: usize| {
             let zero = f64::from(i32::try_from(zero[k]).unwrap_or(0));
             let mm = (written[k] * coordinate.ten() - zero) / coordinate.per_mm();
             if invert[k] { -mm } else { mm }
         };
-        if swap { (axis(1), axis(0)) } else { (axis(0), axis(1)) }
+        if swap { Mm2::new(axis(1), axis(0)) } else { Mm2::new(axis(0), axis(1)) }
     }
 
     /// The tool's position, as written numbers.
     fn position(&self) -> [String; 2] {
         let Description { coordinate, swap, invert, zero, .. } = *self.description;
         let steps = self.settings.machine.steps_per_mm;
-        let (x, y) = self.plant.position();
+        let Mm2 { x, y } = self.plant.position();
         let (a, b) = if swap { (y, x) } else { (x, y) };
         let axis = |mm: f64, invert: bool, zero: i64| {
             let on_step = (if invert { -mm } else { mm } * steps).round() / steps;

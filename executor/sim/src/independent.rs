@@ -1,5 +1,6 @@
 //! Two non-interpolated axes, each from rest to a target, or from a speed to rest.
 
+use keepout_planner::Mm2;
 /// The motion of one axis over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axis {
@@ -78,24 +79,24 @@ const STEP_S: f64 = 0.005;
 
 impl Apart {
     /// Moves each axis from rest to its target, mm, mm/s, mm/s².
-    pub(super) fn go(from: (f64, f64), to: (f64, f64), speed: f64, acceleration: f64) -> Self {
+    pub(super) fn go(from: Mm2, to: Mm2, speed: f64, acceleration: f64) -> Self {
         let axis = |from, to| Axis::go(from, to, speed, acceleration);
-        Self { axes: [axis(from.0, to.0), axis(from.1, to.1)], elapsed: 0.0 }
+        Self { axes: [axis(from.x, to.x), axis(from.y, to.y)], elapsed: 0.0 }
     }
 
     /// Brakes each axis to rest.
-    pub(super) fn brake(from: (f64, f64), velocity: (f64, f64), acceleration: f64) -> Self {
+    pub(super) fn brake(from: Mm2, velocity: Mm2, acceleration: f64) -> Self {
         let axis = |from, velocity| Axis::brake(from, velocity, acceleration);
-        Self { axes: [axis(from.0, velocity.0), axis(from.1, velocity.1)], elapsed: 0.0 }
+        Self { axes: [axis(from.x, velocity.x), axis(from.y, velocity.y)], elapsed: 0.0 }
     }
 
-    pub(super) fn position(&self) -> (f64, f64) {
-        (self.axes[0].at(self.elapsed), self.axes[1].at(self.elapsed))
+    pub(super) fn position(&self) -> Mm2 {
+        Mm2::new(self.axes[0].at(self.elapsed), self.axes[1].at(self.elapsed))
     }
 
-    pub(super) fn velocity(&self) -> (f64, f64) {
+    pub(super) fn velocity(&self) -> Mm2 {
         let axis = |axis: &Axis| axis.sign * axis.speed(self.elapsed);
-        (axis(&self.axes[0]), axis(&self.axes[1]))
+        Mm2::new(axis(&self.axes[0]), axis(&self.axes[1]))
     }
 
     /// Time until both axes rest, s.
@@ -105,9 +106,9 @@ impl Apart {
 
     /// Time to the next sample, s. Straight segments between the samples trace the path.
     pub(super) fn look(&self) -> f64 {
-        let (x, y) = self.velocity();
         // The result is at most STEP_S / 5, so this bounds the speed gained until the next sample.
-        let fastest = x.hypot(y) + self.axes[0].acceleration.hypot(self.axes[1].acceleration) * STEP_S / 5.0;
+        let acceleration = self.axes[0].acceleration.hypot(self.axes[1].acceleration);
+        let fastest = self.velocity().length() + acceleration * STEP_S / 5.0;
         (STEP_MM / fastest).clamp(1e-5, STEP_S / 5.0)
     }
 
@@ -125,28 +126,28 @@ mod tests {
         let mut random = fastrand::Rng::with_seed(3);
         for _ in 0..500 {
             let mut coordinate = || random.f64() * 20.0 - 10.0;
-            let (from, to) = ((coordinate(), coordinate()), (coordinate(), coordinate()));
+            let mut point = || Mm2::new(coordinate(), coordinate());
+            let (from, to) = (point(), point());
             let mut apart = Apart::go(from, to, 30.0, 500.0);
             let (mut last, mut farthest) = (from, 0.0_f64);
             while apart.left() > 0.0 {
                 apart.advance(apart.look());
                 let at = apart.position();
                 let inside = |v: f64, a: f64, b: f64| v >= a.min(b) - 1e-9 && v <= a.max(b) + 1e-9;
-                assert!(inside(at.0, from.0, to.0) && inside(at.1, from.1, to.1), "within the box");
-                farthest = farthest.max((at.0 - last.0).hypot(at.1 - last.1));
+                assert!(inside(at.x, from.x, to.x) && inside(at.y, from.y, to.y), "within the box");
+                farthest = farthest.max(at.distance(last));
                 last = at;
             }
-            assert!((last.0 - to.0).abs() < 1e-9 && (last.1 - to.1).abs() < 1e-9);
+            assert!(last.distance(to) < 1e-9);
             assert!(farthest <= STEP_MM * 1.01, "{farthest}");
         }
     }
 
     #[test]
     fn braking_ends_within_the_braking_distance() {
-        let mut apart = Apart::brake((1.0, 1.0), (30.0, -10.0), 500.0);
-        assert!((apart.velocity().0 - 30.0).abs() < 1e-9 && (apart.left() - 0.06).abs() < 1e-9);
+        let mut apart = Apart::brake(Mm2::new(1.0, 1.0), Mm2::new(30.0, -10.0), 500.0);
+        assert!((apart.velocity().x - 30.0).abs() < 1e-9 && (apart.left() - 0.06).abs() < 1e-9);
         apart.advance(1.0);
-        let (x, y) = apart.position();
-        assert!((x - 1.9).abs() < 1e-9 && (y - 0.9).abs() < 1e-9);
+        assert!(apart.position().distance(Mm2::new(1.9, 0.9)) < 1e-9);
     }
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 
 use super::controller::{Disturbance, SimulatedController};
 use super::line::Wire;
@@ -31,8 +32,8 @@ pub struct SimMachine {
 pub struct PositioningError {
     random: fastrand::Rng,
     band_mm: f64,
-    now: (f64, f64),
-    goal: (f64, f64),
+    now: Mm2,
+    goal: Mm2,
     steps_per_mm: f64,
     sudden: bool,
 }
@@ -45,7 +46,7 @@ impl PositioningError {
     #[must_use]
     pub fn wandering(band_mm: f64, steps_per_mm: f64, seed: u64) -> Self {
         let random = fastrand::Rng::with_seed(seed);
-        Self { random, band_mm, now: (0.0, 0.0), goal: (0.0, 0.0), steps_per_mm, sudden: false }
+        Self { random, band_mm, now: Mm2::ZERO, goal: Mm2::ZERO, steps_per_mm, sudden: false }
     }
 
     /// An error that jumps inside the band, as when drives lose steps and regain them.
@@ -54,9 +55,8 @@ impl PositioningError {
         Self { sudden: true, ..Self::wandering(band_mm, steps_per_mm, seed) }
     }
 
-    fn step(&mut self) -> (f64, f64) {
-        let (dx, dy) = (self.goal.0 - self.now.0, self.goal.1 - self.now.1);
-        let left = dx.hypot(dy);
+    fn step(&mut self) -> Mm2 {
+        let left = self.now.distance(self.goal);
         if self.sudden {
             if self.random.u8(0..8) == 0 {
                 self.choose();
@@ -65,7 +65,7 @@ impl PositioningError {
         } else if left < DRIFT {
             self.choose();
         } else {
-            self.now = (self.now.0 + dx / left * DRIFT, self.now.1 + dy / left * DRIFT);
+            self.now = self.now + (self.goal - self.now) / left * DRIFT;
         }
         self.now
     }
@@ -73,15 +73,15 @@ impl PositioningError {
     /// Chooses the next error to reach, uniform in the disc.
     fn choose(&mut self) {
         let (r, phi) = (self.random.f64().sqrt() * self.band_mm, self.random.f64() * std::f64::consts::TAU);
-        self.goal = (r * phi.cos(), r * phi.sin());
+        self.goal = Mm2::new(r * phi.cos(), r * phi.sin());
     }
 
     /// Replaces the commanded position by the true one: on a step of the drive, plus the error.
     fn apply(&mut self, sample: &mut Sample) {
         let step = |c: f64| (c * self.steps_per_mm).round() / self.steps_per_mm;
-        let (x, y) = (step(sample.position_mm.0), step(sample.position_mm.1));
+        let (x, y) = (step(sample.position_mm.x), step(sample.position_mm.y));
         let error = if sample.kind == SampleKind::Rest { self.now } else { self.step() };
-        sample.position_mm = (x + error.0, y + error.1);
+        sample.position_mm = Mm2::new(x + error.x, y + error.y);
     }
 }
 

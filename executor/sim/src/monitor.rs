@@ -297,18 +297,19 @@ fn largest_clear(most: i64, clear: impl Fn(Length) -> bool) -> i32 {
 #[cfg(test)]
 mod tests {
     use keepout_kernel::{Region, Ring, Side};
+    use keepout_planner::Mm2;
 
     use super::*;
 
     fn monitor() -> CollisionMonitor {
-        let at = |x, y| point_from_mm((x, y)).unwrap();
+        let at = |x, y| point_from_mm(Mm2::new(x, y)).unwrap();
         let ring = Ring::new(vec![at(0.0, 0.0), at(40.0, 0.0), at(40.0, 30.0), at(0.0, 30.0)]).unwrap();
         let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
         CollisionMonitor::new(part, Length::from_units(300_000).unwrap(), Vector { dx: 0, dy: 0 })
     }
 
     fn at(x: f64, y: f64) -> Sample {
-        Sample { at: Time::ZERO, position_mm: (x, y), kind: SampleKind::Jog }
+        Sample { at: Time::ZERO, position_mm: Mm2::new(x, y), kind: SampleKind::Jog }
     }
 
     #[test]

@@ -7,6 +7,7 @@ use keepout_executor::dialect::{Dialect, DialectConfig, DialectName};
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_guard::{ContourMotion, Guard, Time, guard_in_open_space};
 use keepout_kernel::{Curve, Point, Segment, Vector};
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 
@@ -44,8 +45,10 @@ impl Pair {
     fn new(language: &DialectName, offset: Vector) -> Self {
         let machine = MachineProfile::simulated();
         let setting = DialectConfig::of(&machine, offset);
-        let settings =
-            SimSettings { work_offset_mm: (-30.0, -20.0), ..SimSettings::of(machine, (-10.0, -10.0)) };
+        let settings = SimSettings {
+            work_offset_mm: Mm2::new(-30.0, -20.0),
+            ..SimSettings::of(machine, Mm2::new(-10.0, -10.0))
+        };
         let sim = speaking(language, settings);
         Self { dialect: language.dialect(setting), sim, now: Time::ZERO, bytes: Vec::new() }
     }
@@ -82,7 +85,7 @@ impl Pair {
         report
     }
 
-    fn place_mm(&mut self) -> (f64, f64) {
+    fn place_mm(&mut self) -> Mm2 {
         let mut samples = Vec::new();
         self.sim.take_samples(&mut samples);
         samples.last().unwrap().position_mm
@@ -110,7 +113,7 @@ fn through(language: &str) {
             }
         };
         let at = Point::from_units(to.0, to.1).unwrap();
-        let (x, y) = pair.place_mm();
+        let Mm2 { x, y } = pair.place_mm();
         let off = |is: f64, units: i32| (is - mm(units)).abs();
         let machine = at.translated(offset).unwrap();
         assert!(off(x, machine.x.units()) <= half_step_mm && off(y, machine.y.units()) <= half_step_mm);

@@ -14,6 +14,7 @@ use keepout_drives::reference::ReferenceWindow;
 use keepout_drives::stream::Stream;
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 
 /// The drives and their controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,11 +63,11 @@ const SETTLED: u32 = 2000;
 impl ServoDrive {
     /// Drives at rest at `start_mm`, machine coordinates. `None` if the controller does not suit the drives.
     #[must_use]
-    pub fn new(ServoConfig { profile, kind }: &ServoConfig, start_mm: (f64, f64)) -> Option<Self> {
+    pub fn new(ServoConfig { profile, kind }: &ServoConfig, start_mm: Mm2) -> Option<Self> {
         let environment = Environment::of_hand(profile);
         let controller = kind.built(&profile.setting(environment))?;
         let preview = kind.preview();
-        let start = Axes::new(start_mm.0, start_mm.1) * profile.pulses_per_mm;
+        let start = Axes::new(start_mm.x, start_mm.y) * profile.pulses_per_mm;
         Some(Self {
             stream: Stream::at_rest(start, 2 * preview + 4),
             plant: Plant::at_rest(profile.plant(), start),
@@ -91,7 +92,7 @@ impl ServoDrive {
 
     /// Follows a commanded position, and adds the tool's true positions to `into`.
     pub fn follow(&mut self, sample: &Sample, into: &mut Vec<Sample>) {
-        let (x, y) = sample.position_mm;
+        let Mm2 { x, y } = sample.position_mm;
         self.kind = sample.kind;
         self.lead(Axes::new(x, y) * self.pulses_per_mm, sample.at, into);
     }
@@ -123,7 +124,7 @@ impl ServoDrive {
             self.kinds.push_back(self.kind);
             let kind = self.kinds.pop_front().unwrap_or(self.kind);
             let position = self.tick() / self.pulses_per_mm;
-            into.push(Sample { at: self.next, position_mm: (position.x, position.y), kind });
+            into.push(Sample { at: self.next, position_mm: Mm2::new(position.x, position.y), kind });
             self.next = self.next.after(self.period);
         }
         self.stream.pass(to);
@@ -157,11 +158,11 @@ mod tests {
     use super::*;
 
     fn drive() -> ServoDrive {
-        ServoDrive::new(&ServoConfig::simulated().unwrap(), (10.0, 20.0)).unwrap()
+        ServoDrive::new(&ServoConfig::simulated().unwrap(), Mm2::new(10.0, 20.0)).unwrap()
     }
 
     fn sample(ms: u64, x: f64, kind: SampleKind) -> Sample {
-        Sample { at: Time::from_micros(ms * 1000), position_mm: (x, 20.0), kind }
+        Sample { at: Time::from_micros(ms * 1000), position_mm: Mm2::new(x, 20.0), kind }
     }
 
     /// The tool takes the same path, delayed by the controller's preview, and within the machine's contour
@@ -175,10 +176,10 @@ mod tests {
             drive.follow(&sample(ms.into(), 10.0 + way, SampleKind::Run), &mut found);
         }
         let last = found.last().unwrap();
-        assert!((last.position_mm.0 - 40.0).abs() < 0.002, "{last:?}");
-        let lag = 10.0 + 400.0 * speed - found[400].position_mm.0;
+        assert!((last.position_mm.x - 40.0).abs() < 0.002, "{last:?}");
+        let lag = 10.0 + 400.0 * speed - found[400].position_mm.x;
         assert!((0.5..2.5).contains(&lag), "{lag} mm behind");
-        assert!(found.iter().all(|sample| (sample.position_mm.1 - 20.0).abs() < 0.005));
+        assert!(found.iter().all(|sample| (sample.position_mm.y - 20.0).abs() < 0.005));
     }
 
     /// After a long rest the tool has not moved, no sample is due, and motion starts again on time.
@@ -213,7 +214,7 @@ mod tests {
             often.follow(&sample(4999 + ms, way(ms), SampleKind::Jog), &mut fine);
         }
         seldom.follow(&sample(5049, way(50), SampleKind::Jog), &mut coarse);
-        let off = |a: &Sample, b: &Sample| (a.position_mm.0 - b.position_mm.0).abs();
+        let off = |a: &Sample, b: &Sample| (a.position_mm.x - b.position_mm.x).abs();
         assert_eq!(fine.len(), coarse.len());
         assert!(fine.iter().zip(&coarse).all(|(a, b)| off(a, b) < 0.001));
     }

@@ -13,10 +13,11 @@ use keepout_executor::session::{
 use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::{Point, Vector};
+use keepout_planner::Mm2;
 use keepout_planner::job::{Progress, contour_job};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{mm, point_mm};
+use keepout_planner::units::{point_mm, vector_mm};
 use thiserror::Error;
 
 use crate::monitor::CollisionMonitor;
@@ -55,7 +56,7 @@ pub struct SimRun {
     /// Where the tool is lowered, drawing coordinates. `None` to come from the home position.
     pub start: Option<Point>,
     /// Machine coordinates of the drawing's origin, mm; `None` for the middle of the table.
-    pub origin_mm: Option<(f64, f64)>,
+    pub origin_mm: Option<Mm2>,
     /// The progress of earlier sessions on the plan's contours.
     pub progress: Progress,
 }
@@ -132,7 +133,7 @@ impl Scene {
     pub fn of(work: PreparedPlan, run: &SimRun) -> Result<Self, PlaceError> {
         let plan = &*work.plan;
         let place = place_on_table(plan, &run.machine, run.origin_mm)?;
-        let home = (-1.0, -1.0);
+        let home = Mm2::new(-1.0, -1.0);
         let start = match run.start {
             Some(point) => Some(point),
             None if comes_from_home(plan, &place, home) => None,
@@ -220,7 +221,7 @@ pub fn run_scene(
     event_log: Box<dyn EventLog>,
     watch: &mut Watch<'_>,
 ) -> Result<SimResult, SimError> {
-    let offset = point_mm_of(scene.offset());
+    let offset = vector_mm(scene.offset());
     let mut monitored =
         MonitoredSamples { monitor: scene.monitor(), samples: Vec::new(), every: 1, seen: 0, offset };
     let machine = scene.machine(run);
@@ -273,12 +274,8 @@ fn on_pty(
     Err(PortError::Open { name: "pty".into(), reason: "this system has no ptys".into() }.into())
 }
 
-fn point_mm_of(v: Vector) -> (f64, f64) {
-    (mm(v.dx), mm(v.dy))
-}
-
 /// Whether the tool can stand at the home position, and can reach a contour to finish from there.
-fn comes_from_home(plan: &CertifiedPlan, place: &Placement, home: (f64, f64)) -> bool {
+fn comes_from_home(plan: &CertifiedPlan, place: &Placement, home: Mm2) -> bool {
     let back = Vector { dx: -place.offset.dx, dy: -place.offset.dy };
     let Ok(point) = keepout_planner::units::point_from_mm(home).and_then(|point| point.translated(back))
     else {
@@ -293,7 +290,7 @@ struct MonitoredSamples {
     samples: Vec<Sample>,
     every: usize,
     seen: usize,
-    offset: (f64, f64),
+    offset: Mm2,
 }
 
 impl MonitoredSamples {
@@ -307,8 +304,7 @@ impl MonitoredSamples {
             if !self.seen.is_multiple_of(self.every) {
                 continue;
             }
-            let (x, y) = sample.position_mm;
-            self.samples.push(Sample { position_mm: (x - self.offset.0, y - self.offset.1), ..sample });
+            self.samples.push(Sample { position_mm: sample.position_mm - self.offset, ..sample });
             if self.samples.len() >= SAMPLES_MAX {
                 let mut keep = false;
                 self.samples.retain(|_| {

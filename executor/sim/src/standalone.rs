@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::file::{FileError, FileKind};
 use serialport::{SerialPort, TTYPort};
 use thiserror::Error;
@@ -158,7 +159,7 @@ impl<'a> Standalone<'a> {
                 continue;
             }
             (self.watch)(&sample);
-            let (x, y) = sample.position_mm;
+            let Mm2 { x, y } = sample.position_mm;
             // Writing to a string does not fail.
             let _ = writeln!(text, "{} {} {x:?} {y:?}", sample.at.micros(), name(sample.kind));
             self.last = Some(sample);
@@ -169,7 +170,7 @@ impl<'a> Standalone<'a> {
         append(&mut self.positions, &self.records.positions, text.as_bytes())?;
         let (Some(state), Some(last)) = (&mut self.state, self.last) else { return Ok(()) };
         // One write of fixed length: even if the program is killed, the file holds a complete position.
-        let line = format!("{:+017.9} {:+017.9}\n", last.position_mm.0, last.position_mm.1);
+        let line = format!("{:+017.9} {:+017.9}\n", last.position_mm.x, last.position_mm.y);
         let written = state.seek(SeekFrom::Start(0)).and_then(|_| state.write_all(line.as_bytes()));
         written.map_err(|source| failed(&self.records.state, source))
     }
@@ -223,7 +224,7 @@ fn name(kind: SampleKind) -> &'static str {
 ///
 /// # Errors
 /// [`StandaloneError`] if the file cannot be read or is malformed.
-pub fn state(path: &Path) -> Result<Option<(f64, f64)>, StandaloneError> {
+pub fn state(path: &Path) -> Result<Option<Mm2>, StandaloneError> {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
@@ -235,7 +236,8 @@ pub fn state(path: &Path) -> Result<Option<(f64, f64)>, StandaloneError> {
     if text.is_empty() {
         return Ok(None);
     }
-    let place = text.split_once(' ').and_then(|(x, y)| Some((x.parse().ok()?, y.trim().parse().ok()?)));
+    let place =
+        text.split_once(' ').and_then(|(x, y)| Some(Mm2::new(x.parse().ok()?, y.trim().parse().ok()?)));
     place.map(Some).ok_or_else(|| StandaloneError::Form { path: path.to_path_buf(), line: 1 })
 }
 
@@ -261,5 +263,9 @@ fn sample(line: &str) -> Option<Sample> {
         "run" => SampleKind::Run,
         _ => return None,
     };
-    Some(Sample { at, position_mm: (fields.next()?.parse().ok()?, fields.next()?.parse().ok()?), kind })
+    Some(Sample {
+        at,
+        position_mm: Mm2::new(fields.next()?.parse().ok()?, fields.next()?.parse().ok()?),
+        kind,
+    })
 }

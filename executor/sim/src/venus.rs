@@ -14,6 +14,7 @@ use std::time::Duration;
 use keepout_drives::interpolator::Drives;
 use keepout_executor::session::Sample;
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 
 use super::controller::{Disturbance, SimulatedController};
 use super::grbl::SimSettings;
@@ -33,15 +34,15 @@ pub struct VenusSim {
     memory: Memory,
     error: u16,
     /// A target that waits for the end of the present motion.
-    locked: Option<(f64, f64)>,
+    locked: Option<Mm2>,
     /// Machine coordinates of its zero, mm.
-    zero: (f64, f64),
+    zero: Mm2,
     /// The ends that homing found, equal for both axes: see [`NEAR`] and [`FAR`].
     calibrated: u8,
     /// The end that homing searches.
     searches: Option<u8>,
     /// The end where homing stopped. The simulated tool does not move there.
-    stands: Option<(f64, f64)>,
+    stands: Option<Mm2>,
 }
 
 /// The settings that the controller can save and restores after a reset.
@@ -87,7 +88,7 @@ impl VenusSim {
         Self {
             plant: Plant::new(drives, settings.start_mm),
             memory: Memory::saved(&settings),
-            zero: if settings.homed { (0.0, 0.0) } else { settings.start_mm },
+            zero: if settings.homed { Mm2::ZERO } else { settings.start_mm },
             calibrated: if settings.homed { NEAR | FAR } else { 0 },
             searches: None,
             stands: None,
@@ -169,16 +170,16 @@ impl VenusSim {
             "restore" => self.memory = Memory::saved(&self.settings),
             "j" => drop(self.stack.pop()?),
             "setpos" => {
-                let ((x, y), at) = (self.pop_place()?, self.stands.unwrap_or(self.plant.position()));
-                self.zero = (at.0 - x, at.1 - y);
+                let place = self.pop_place()?;
+                self.zero = self.stands.unwrap_or(self.plant.position()) - place;
             }
             "cal" => self.search(NEAR),
             "rm" => self.search(FAR),
             "clear" => self.stack.clear(),
             "abort" => self.plant.stop_apart(),
             "move" => {
-                let (x, y) = self.pop_place()?;
-                self.drive((self.zero.0 + x, self.zero.1 + y));
+                let place = self.pop_place()?;
+                self.drive(self.zero + place);
             }
             _ => self.error = 1004,
         }
@@ -188,9 +189,9 @@ impl VenusSim {
     fn say_place(&mut self) {
         let steps = self.settings.machine.steps_per_mm;
         let coordinate = |mm: f64, unit_mm: f64| (mm * steps).round() / steps / unit_mm;
-        let (x, y) = self.plant.position();
-        let x = coordinate(x - self.zero.0, self.memory.unit_mm(1));
-        let y = coordinate(y - self.zero.1, self.memory.unit_mm(2));
+        let Mm2 { x, y } = self.plant.position();
+        let x = coordinate(x - self.zero.x, self.memory.unit_mm(1));
+        let y = coordinate(y - self.zero.y, self.memory.unit_mm(2));
         let text = match self.memory.dimensions {
             1 => format!("{x:.6}"),
             2 => format!("{x:.6} {y:.6}"),
@@ -206,11 +207,11 @@ impl VenusSim {
     }
 
     /// Takes a position from the stack, mm from zero. If numbers are missing, the others stay on the stack.
-    fn pop_place(&mut self) -> Option<(f64, f64)> {
+    fn pop_place(&mut self) -> Option<Mm2> {
         let first = self.stack.len().checked_sub(self.memory.dimensions)?;
         let numbers: Vec<f64> = self.stack.drain(first..).collect();
         let of = |index: usize| numbers.get(index).map(|number| number * self.memory.unit_mm(index + 1));
-        Some((of(0)?, of(1).unwrap_or(self.plant.position().1 - self.zero.1)))
+        Some(Mm2::new(of(0)?, of(1).unwrap_or(self.plant.position().y - self.zero.y)))
     }
 
     fn search(&mut self, end: u8) {
@@ -221,9 +222,9 @@ impl VenusSim {
 
     /// Moves to a position in machine coordinates. Before both ends are found the controller has no soft
     /// limits, and the axes stop at their switches.
-    fn drive(&mut self, to: (f64, f64)) {
+    fn drive(&mut self, to: Mm2) {
         let [width, height] = self.settings.machine.travel_mm;
-        let within = (to.0.clamp(-width, 0.0), to.1.clamp(-height, 0.0));
+        let within = Mm2::new(to.x.clamp(-width, 0.0), to.y.clamp(-height, 0.0));
         self.stands = None;
         if self.calibrated == NEAR | FAR && within != to {
             self.error = 1003;
@@ -244,7 +245,7 @@ impl VenusSim {
             && let Some(end) = self.searches.take()
         {
             let [width, height] = self.settings.machine.travel_mm;
-            let at = if end == NEAR { (-width, -height) } else { (0.0, 0.0) };
+            let at = if end == NEAR { Mm2::new(-width, -height) } else { Mm2::ZERO };
             self.calibrated |= end;
             self.stands = Some(at);
             // `cal` sets zero at the near end.
@@ -317,8 +318,8 @@ mod tests {
 
     fn controller() -> VenusSim {
         let mut venus = VenusSim::new(SimSettings {
-            work_offset_mm: (0.0, 0.0),
-            ..SimSettings::of(MachineProfile::simulated(), (-20.0, -30.0))
+            work_offset_mm: Mm2::ZERO,
+            ..SimSettings::of(MachineProfile::simulated(), Mm2::new(-20.0, -30.0))
         });
         hear(&mut venus, b"restore 2 0 setunit 2 1 setunit 2 2 setunit 2 setdim ");
         venus
@@ -345,7 +346,7 @@ mod tests {
             venus.advance(venus.plant.now().after(Duration::from_millis(20)));
             venus.disturb(Disturbance::Reset);
             let stopped = venus.plant.position();
-            assert!(stopped == (-20.0, -30.0) || cut > whole / 2, "{cut}");
+            assert!(stopped == Mm2::new(-20.0, -30.0) || cut > whole / 2, "{cut}");
             wait(&mut venus, 2);
             hear(&mut venus, &line[cut..]);
             wait(&mut venus, 5);
@@ -366,7 +367,7 @@ mod tests {
         assert_eq!(hear(&mut venus, b"1 getcaldone "), "0\r\n");
         hear(&mut venus, b"-500 -1000 0 move ");
         wait(&mut venus, 5);
-        assert_eq!(venus.plant.position(), (-20.5, -31.0));
+        assert_eq!(venus.plant.position(), Mm2::new(-20.5, -31.0));
     }
 
     #[test]

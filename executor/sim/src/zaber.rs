@@ -10,6 +10,7 @@ use keepout_drives::interpolator::Drives;
 use keepout_executor::dialect::zaber::wire::{checksum, content};
 use keepout_executor::session::Sample;
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 
 use super::controller::{Disturbance, SimulatedController};
 use super::grbl::SimSettings;
@@ -100,7 +101,7 @@ impl ZaberSim {
         match command {
             "" => Ok("0".into()),
             "get pos" => {
-                let ((x, y), (w, h)) = (self.plant.position(), self.travel());
+                let (Mm2 { x, y }, (w, h)) = (self.plant.position(), self.travel());
                 Ok(format!("{:.0} {:.0}", self.steps(x) + w, self.steps(y) + h))
             }
             "get limit.max" => Ok(format!("{:.0} {:.0}", self.travel().0, self.travel().1)),
@@ -152,7 +153,7 @@ impl ZaberSim {
             let inside = (0.0..=travel).contains(&value);
             if inside { Ok((value - travel) / self.settings.machine.steps_per_mm) } else { Err("BADDATA") }
         };
-        let to = (axis(x, w)?, axis(y, h)?);
+        let to = Mm2::new(axis(x, w)?, axis(y, h)?);
         if self.plant.is_homing() || self.fault.is_some() {
             return Err("STATUSBUSY");
         }
@@ -219,8 +220,8 @@ mod tests {
 
     fn sim() -> ZaberSim {
         ZaberSim::new(SimSettings {
-            work_offset_mm: (0.0, 0.0),
-            ..SimSettings::of(MachineProfile::simulated(), (-100.0, -100.0))
+            work_offset_mm: Mm2::ZERO,
+            ..SimSettings::of(MachineProfile::simulated(), Mm2::new(-100.0, -100.0))
         })
     }
 

@@ -13,6 +13,7 @@ use keepout_executor::session::{
 };
 use keepout_executor::supervisor::{Fault, OperatorCommand, OperatorInput, Options, PreparedPlan};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
@@ -96,7 +97,7 @@ struct Stopping {
 impl Operator for Stopping {
     fn input(&mut self, view: &OperatorView, _now: Time) -> OperatorInput {
         self.given.fetch_or(view.unacknowledged > 0, Ordering::Relaxed);
-        OperatorInput { velocity: (-1.0, 0.0), ..OperatorInput::default() }
+        OperatorInput { velocity: Mm2::new(-1.0, 0.0), ..OperatorInput::default() }
     }
 
     fn command(&mut self) -> Option<OperatorCommand> {

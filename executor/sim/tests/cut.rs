@@ -12,6 +12,7 @@ use keepout_executor::session::{Going, NoEventLog, Session, VirtualClock, covera
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase, PreparedPlan};
 use keepout_guard::Time;
 use keepout_kernel::Point;
+use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
@@ -99,7 +100,7 @@ struct Slider {
     cuts: Box<dyn Operator + Send>,
     along_mm: f64,
     side: f64,
-    began: Option<(Time, (f64, f64))>,
+    began: Option<(Time, Mm2)>,
     commanded: Option<Time>,
     command: Option<OperatorCommand>,
 }
@@ -118,15 +119,15 @@ impl Operator for Slider {
             self.command = Some(command);
             armed
         };
-        let push = |x: f64, y: f64| OperatorInput { velocity: (x, y), ..OperatorInput::default() };
+        let push = |x: f64, y: f64| OperatorInput { velocity: Mm2::new(x, y), ..OperatorInput::default() };
         let past = |since: Time, seconds: f64| now.since(since).as_secs_f64() > seconds;
         match (view.phase, view.position_mm, view.wall_mm) {
             (Phase::Faulted, ..) => command(OperatorCommand::Recover),
             (Phase::Escaping, Some(at), Some(wall)) => {
                 let (since, from) = *self.began.get_or_insert((now, at));
-                let (x, y) = (wall.0 - at.0, wall.1 - at.1);
+                let (x, y) = (wall.x - at.x, wall.y - at.y);
                 let (x, y) = (x / x.hypot(y), y / x.hypot(y));
-                let slides = (at.0 - from.0).hypot(at.1 - from.1) < self.along_mm && !past(since, 12.0);
+                let slides = (at.x - from.x).hypot(at.y - from.y) < self.along_mm && !past(since, 12.0);
                 match self.commanded {
                     Some(commanded) if past(commanded, 1.0) => push(-x, -y),
                     None if slides => push(-y * self.side, x * self.side),
@@ -167,7 +168,7 @@ fn session(
     let offset = scene.offset();
     let on_machine = |point: Point| point_mm(point.translated(offset).unwrap());
     let sim = SimSettings {
-        work_offset_mm: (-3.0, -4.0),
+        work_offset_mm: Mm2::new(-3.0, -4.0),
         ..SimSettings::of(run.machine.clone(), on_machine(start))
     };
     let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
@@ -194,7 +195,7 @@ fn session(
                 && now.since(began).as_secs_f64() > after_s
             {
                 requested = true;
-                let (x, y) = on_machine(guard.contour_left()[ahead].curve.to());
+                let Mm2 { x, y } = on_machine(guard.contour_left()[ahead].curve.to());
                 *damage.borrow_mut() = Some(if noise { Damage::Noise } else { Damage::Place(x, y) });
             }
         }

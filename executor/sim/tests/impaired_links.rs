@@ -8,6 +8,7 @@ use keepout_executor::dialect::DialectName;
 use keepout_executor::session::{Going, NoEventLog, VirtualClock};
 use keepout_executor::supervisor::{Abilities, PreparedPlan};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::PassParameters;
 use keepout_planner::request::PlanRequest;
@@ -30,7 +31,7 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     let run = SimRun { dialect: DialectName::named(language).unwrap(), seed, ..SimRun::default() };
     let mut scene = Scene::of(work.clone(), &run).unwrap();
     scene.setup.options.home = false;
-    let settings = SimSettings::of(machine.clone(), (-1.0, -1.0));
+    let settings = SimSettings::of(machine.clone(), Mm2::new(-1.0, -1.0));
     // From one fault in a hundred chunks to one in ten thousand.
     let often = 10.0_f64.powf(-2.0 * random.f64());
     let abilities = run.dialect.dialect(scene.setup.config).abilities();

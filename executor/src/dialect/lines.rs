@@ -2,6 +2,7 @@
 
 use arrayvec::ArrayVec;
 use keepout_kernel::Point;
+use keepout_planner::Mm2;
 use keepout_planner::units::point_from_mm;
 
 use crate::supervisor::{Text, text};
@@ -72,7 +73,7 @@ pub(super) fn as_str(bytes: &[u8]) -> &str {
 /// The point from the first two values of a comma-separated list in mm.
 pub(super) fn plane(value: &str) -> Option<Point> {
     let mut values = value.split(',').map(|number| number.trim().parse::<f64>().ok());
-    point_from_mm((values.next()??, values.next()??)).ok()
+    point_from_mm(Mm2::new(values.next()??, values.next()??)).ok()
 }
 
 /// A destination for bytes. Bytes that do not fit are dropped.

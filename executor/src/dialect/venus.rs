@@ -39,6 +39,7 @@
 
 use keepout_guard::{Interpolation, Motion, OnCancel};
 use keepout_kernel::{Curve, Point, Vector};
+use keepout_planner::Mm2;
 use keepout_planner::units::point_from_mm;
 
 use super::exchange::{Exchanges, Sent, sent};
@@ -278,7 +279,7 @@ impl Venus {
     }
 
     /// `None` when the position is not on the lattice.
-    fn report(&self, status: u32, at_mm: (f64, f64)) -> Option<Reply> {
+    fn report(&self, status: u32, at_mm: Mm2) -> Option<Reply> {
         let Vector { dx, dy } = self.setting.offset;
         let back = Vector { dx: -dx, dy: -dy };
         let position =
@@ -370,9 +371,9 @@ impl Words {
 }
 
 /// The first two numbers, and the count of all numbers; `None` when there are fewer than two.
-fn place(line: &str) -> Option<((f64, f64), u32)> {
+fn place(line: &str) -> Option<(Mm2, u32)> {
     let mut values = line.split_whitespace().map(figure);
-    let at_mm = (values.next()??, values.next()??);
+    let at_mm = Mm2::new(values.next()??, values.next()??);
     Some((at_mm, values.try_fold(2, |count: u32, value| value.map(|_| count.saturating_add(1)))?))
 }
 

@@ -3,6 +3,7 @@
 mod panel;
 
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 pub use panel::Panel;
 
 use crate::supervisor::{OperatorCommand, OperatorInput, Phase};
@@ -11,13 +12,13 @@ use crate::supervisor::{OperatorCommand, OperatorInput, Phase};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatorView {
     /// The tool centre as displayed, drawing coordinates, mm.
-    pub position_mm: Option<(f64, f64)>,
+    pub position_mm: Option<Mm2>,
     /// The nearest point of the part, drawing coordinates, mm.
-    pub wall_mm: Option<(f64, f64)>,
+    pub wall_mm: Option<Mm2>,
     /// The box around the part, `(min x, min y, max x, max y)`, mm.
     pub part_box_mm: (f64, f64, f64, f64),
     /// The tool centre after the last motion in flight, drawing coordinates, mm.
-    pub end_mm: Option<(f64, f64)>,
+    pub end_mm: Option<Mm2>,
     /// Motions that the controller has not yet acknowledged.
     pub unacknowledged: u64,
     /// The supervisor's phase.

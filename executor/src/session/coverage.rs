@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use keepout_kernel::{Length, Point, UNITS_PER_MM};
+use keepout_planner::Mm2;
 use keepout_planner::finish::{FreeSpaces, PATH_CLEARANCE, centre_distance};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::profile::ProfileLoop;
-use keepout_planner::units::{along_mm, length_up_from_mm, mm, nearest_on_mm, point_from_mm, point_mm};
+use keepout_planner::units::{along_mm, length_up_from_mm, mm, point_from_mm, point_mm};
 
 /// The comparison of the cut contour with the profile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,7 +23,7 @@ pub struct Coverage {
     /// Mean of those distances, mm.
     pub mean_mm: f64,
     /// The point with the largest distance, mm.
-    pub worst_at: (f64, f64),
+    pub worst_at: Mm2,
 }
 
 /// Distance between two sampled points of the profile, mm.
@@ -99,16 +100,8 @@ impl Touching {
     ///
     /// If no edge is nearer to the centre than the profile's own point, no edge lies between them. The centre
     /// is then on the side of the normal, unless it is in a keep-out zone that overlaps the profile.
-    fn component(
-        &self,
-        plan: &CertifiedPlan,
-        spaces: &FreeSpaces,
-        at: (f64, f64),
-        normal: (f64, f64),
-    ) -> Option<usize> {
-        let off = |distance_mm: f64| {
-            point_from_mm((at.0 + normal.0 * distance_mm, at.1 + normal.1 * distance_mm)).ok()
-        };
+    fn component(&self, plan: &CertifiedPlan, spaces: &FreeSpaces, at: Mm2, normal: Mm2) -> Option<usize> {
+        let off = |distance_mm: f64| point_from_mm(at + normal * distance_mm).ok();
         plan.part.free_point(off(self.path_mm)?, self.clearance).ok()?;
         // The lookup is a little farther out, because the centre itself lies on the loop that bounds the free
         // space.
@@ -116,11 +109,11 @@ impl Touching {
     }
 }
 
-type Station = ((f64, f64), (f64, f64));
+type Station = (Mm2, Mm2);
 
 /// Points along a loop, each with the direction toward the free side. Both ends of every curve are included.
 fn stations(each: &ProfileLoop, free_on_left: bool) -> Vec<Station> {
-    let sign = if free_on_left { -1.0 } else { 1.0 };
+    let sign = if free_on_left { 1.0 } else { -1.0 };
     let mut stations = Vec::new();
     for edge in &each.edges {
         let length = edge.curve.length() / f64::from(UNITS_PER_MM);
@@ -128,7 +121,7 @@ fn stations(each: &ProfileLoop, free_on_left: bool) -> Vec<Station> {
         let mut k = 0.0;
         while k <= count {
             let (at, direction) = along_mm(&edge.curve, k / count);
-            stations.push((at, (direction.1 * sign, -direction.0 * sign)));
+            stations.push((at, direction.left() * sign));
             k += 1.0;
         }
     }
@@ -139,7 +132,7 @@ fn stations(each: &ProfileLoop, free_on_left: bool) -> Vec<Station> {
 struct CentrePaths {
     cell: f64,
     cells: BTreeMap<(i64, i64), Vec<usize>>,
-    segments: Vec<((f64, f64), (f64, f64))>,
+    segments: Vec<(Mm2, Mm2)>,
     firsts: Vec<Point>,
 }
 
@@ -163,17 +156,14 @@ impl CentrePaths {
         paths
     }
 
-    fn key(&self, (x, y): (f64, f64)) -> (i64, i64) {
+    fn key(&self, Mm2 { x, y }: Mm2) -> (i64, i64) {
         let index = |c: f64| keepout_kernel::curve::nearest_unit((c / self.cell).floor());
         (index(x), index(y))
     }
 
     /// The distance from `p` to the nearest segment, if it is within one cell width. Otherwise infinite.
-    fn distance(&self, p: (f64, f64)) -> f64 {
-        let to_segment = |(a, b)| {
-            let foot = nearest_on_mm(p, a, b);
-            (p.0 - foot.0).hypot(p.1 - foot.1)
-        };
+    fn distance(&self, p: Mm2) -> f64 {
+        let to_segment = |(a, b)| p.distance(p.nearest_on(a, b));
         let (i, j) = self.key(p);
         let near = (i - 1..=i + 1).flat_map(|x| (j - 1..=j + 1).map(move |y| (x, y)));
         let segments = near.filter_map(|key| self.cells.get(&key)).flatten();

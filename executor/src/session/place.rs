@@ -2,6 +2,7 @@
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Length, Point, Vector};
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
@@ -84,24 +85,25 @@ const EDGE_MM: f64 = 2.0;
 pub fn place_on_table(
     plan: &CertifiedPlan,
     machine: &MachineProfile,
-    origin_mm: Option<(f64, f64)>,
+    origin_mm: Option<Mm2>,
 ) -> Result<Placement, PlaceError> {
     let (low, high) = path_box(plan)?;
     let [width, height] = machine.travel_mm;
-    let (x0, y0) = point_mm(low);
-    let (x1, y1) = point_mm(high);
+    let Mm2 { x: x0, y: y0 } = point_mm(low);
+    let Mm2 { x: x1, y: y1 } = point_mm(high);
     // A drawn travel is centred in the machine's travel. Without it the job is centred.
     let drawn = plan.plan.travel.map(|travel| {
         let (x0, y0, x1, y1) = travel.corners();
         (mm(x0), mm(y0), mm(x1), mm(y1))
     });
     let (left, low_y, right, high_y) = drawn.unwrap_or((x0, y0, x1, y1));
-    let middle = (-width / 2.0 - f64::midpoint(left, right), -height / 2.0 - f64::midpoint(low_y, high_y));
+    let middle =
+        Mm2::new(-width / 2.0 - f64::midpoint(left, right), -height / 2.0 - f64::midpoint(low_y, high_y));
     let offset = point_from_mm(origin_mm.unwrap_or(middle))?;
     let to_grid = |c: i32| c.div_euclid(GRID) * GRID;
     let offset = Vector { dx: to_grid(offset.x.units()), dy: to_grid(offset.y.units()) };
     let back = Vector { dx: -offset.dx, dy: -offset.dy };
-    let corner = |x: f64, y: f64| point_from_mm((x, y))?.translated(back);
+    let corner = |x: f64, y: f64| point_from_mm(Mm2::new(x, y))?.translated(back);
     let travel = Window::of(corner(-width, -height)?).including(corner(0.0, 0.0)?);
     let travel = plan.plan.travel.map_or(travel, |drawn| travel.common(drawn));
     if x1 - x0 + EDGE_MM > width || y1 - y0 + EDGE_MM > height {
@@ -152,11 +154,11 @@ fn start_beside(plan: &CertifiedPlan, beyond: f64) -> Option<Point> {
             let points = curve.chord_points(Length::small(250)).ok()?;
             let pair = points.windows(2).nth(points.len().saturating_sub(1) / 2)?;
             let (a, b) = (point_mm(pair[0]), point_mm(pair[1]));
-            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+            let (dx, dy) = (b.x - a.x, b.y - a.y);
             let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
             // The free side is on the right of the path.
-            let middle = (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1));
-            point_from_mm((middle.0 + dy / length * beyond, middle.1 - dx / length * beyond)).ok()
+            let middle = (f64::midpoint(a.x, b.x), f64::midpoint(a.y, b.y));
+            point_from_mm(Mm2::new(middle.0 + dy / length * beyond, middle.1 - dx / length * beyond)).ok()
         })
         .find(|&point| plan.part.free_point(point, plan.roughing).is_ok())
 }

@@ -101,8 +101,8 @@ impl RunFacts {
                 format!(
                     "at most {:.4} mm (at {:.2}, {:.2}), mean {:.4} mm, over {} reachable of {} points",
                     coverage.worst_mm,
-                    coverage.worst_at.0,
-                    coverage.worst_at.1,
+                    coverage.worst_at.x,
+                    coverage.worst_at.y,
                     coverage.mean_mm,
                     coverage.reachable,
                     coverage.points

@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 
 use keepout_guard::Time;
 use keepout_kernel::Point;
+use keepout_planner::Mm2;
 use keepout_planner::job::{ContourJob, JobError};
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{nearest_on_mm, point_mm};
+use keepout_planner::units::point_mm;
 
 use super::engine::Engine;
 use super::event_log::{EventLog, EventLogError};
@@ -141,7 +142,7 @@ impl<'a, P: Port> Session<'a, P> {
         event_log: Box<dyn EventLog + 'a>,
     ) -> Self {
         let (low, high) = engine.supervisor.plan().part_box();
-        let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
+        let (Mm2 { x: x0, y: y0 }, Mm2 { x: x1, y: y1 }) = (point_mm(low), point_mm(high));
         Self {
             part_box_mm: (x0, y0, x1, y1),
             engine,
@@ -393,8 +394,8 @@ pub enum Going {
 
 /// The point of the part that is nearest to the tool, for display, mm.
 #[must_use]
-pub fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<(f64, f64)> {
+pub fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<Mm2> {
     let nearest = plan.part.index().nearest(position, None)?;
     let chord = plan.part.edges().get(nearest.edge)?.chord;
-    Some(nearest_on_mm(point_mm(position), point_mm(chord.from), point_mm(chord.to)))
+    Some(point_mm(position).nearest_on(point_mm(chord.from), point_mm(chord.to)))
 }

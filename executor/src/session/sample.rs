@@ -1,6 +1,7 @@
 //! Sampled positions of the tool.
 
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use serde::{Deserialize, Serialize};
 
 /// The machine's motion at a sample.
@@ -22,7 +23,7 @@ pub struct Sample {
     /// The time of the sample.
     pub at: Time,
     /// The tool centre, machine coordinates, mm.
-    pub position_mm: (f64, f64),
+    pub position_mm: Mm2,
     /// The machine's motion.
     pub kind: SampleKind,
 }

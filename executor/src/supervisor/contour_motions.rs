@@ -133,7 +133,7 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, NoContour> {
     let mut pieces = Vec::new();
     let (mut from, mut k) = (arc.from(), 1.0);
     while k <= count {
-        let to = if k + 0.5 > count { arc.to() } else { point_from_mm(view.at(k / count))? };
+        let to = if k + 0.5 > count { arc.to() } else { point_from_mm(view.at(k / count).into())? };
         // The joints are rounded to the lattice. If rounding puts a joint off the circle, a centre one unit
         // away fits.
         let again = || fit_arc(from, to, xy(arc.centre()), arc.turn());
@@ -179,6 +179,7 @@ const CHORD_LEAST: Length = Length::small(10);
 mod tests {
     use keepout_kernel::Turn;
     use keepout_kernel::curve::sweep;
+    use keepout_planner::Mm2;
 
     use super::*;
 
@@ -190,7 +191,7 @@ mod tests {
             let (begin, turns) = (random.f64() * 6.0, 0.05 + random.f64() * 6.2);
             let at = |phi: f64| {
                 let (x, y) = (radius * phi.cos(), radius * phi.sin());
-                point_from_mm((x / 1e5, y / 1e5)).unwrap()
+                point_from_mm(Mm2::new(x / 1e5, y / 1e5)).unwrap()
             };
             let turn = if random.bool() { Turn::CounterClockwise } else { Turn::Clockwise };
             let sign = if turn == Turn::CounterClockwise { 1.0 } else { -1.0 };

@@ -4,6 +4,7 @@ use keepout_guard::{Certification, ContourMotion, Refusal};
 use keepout_kernel::exact::arc::ArcError;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, LatticeError, Length, Point, Segment};
+use keepout_planner::Mm2;
 use keepout_planner::job::{ContourJob, JobError, Leg, LoopNumber, Progress, resume_in_place, resume_job};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, point_mm};
@@ -49,7 +50,7 @@ impl Supervisor {
         let in_place = self.guard.is_inside_jogging_clearance();
         let begun = match &self.contours.interrupted {
             Some(interrupted) if in_place && interrupted.led_away => {
-                let (x, y) = point_mm(self.guard.end().map_or(Point::ORIGIN, |end| end.point()));
+                let Mm2 { x, y } = point_mm(self.guard.end().map_or(Point::ORIGIN, |end| end.point()));
                 self.note(format!(
                     "at {x:.3},{y:.3} mm the contour does not go on, because you jogged the tool there: \
                      jog it farther from the part, then resume again"

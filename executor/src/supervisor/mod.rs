@@ -36,6 +36,7 @@ use jog::{Contact, JogContext, JogPlanner};
 use keepout_guard::{Guard, Time};
 use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
+use keepout_planner::Mm2;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
 use polling::Polling;
@@ -324,7 +325,7 @@ impl Supervisor {
         Ok(())
     }
 
-    fn touch_or_steer(&mut self, input: Option<(f64, f64)>, now: Time, commands: &mut Vec<Command>) {
+    fn touch_or_steer(&mut self, input: Option<Mm2>, now: Time, commands: &mut Vec<Command>) {
         if self.operation.armed
             && self.guard.in_position()
             && !self.guard.is_inside_jogging_clearance()

@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 
 use keepout_guard::{Interpolation, OnCancel};
+use keepout_planner::Mm2;
 use keepout_planner::job::ContourJob;
 use keepout_planner::job::JobError;
 use keepout_planner::machine::{ControllerProfile, MachineProfile};
@@ -24,8 +25,8 @@ pub(super) const ABILITIES: Abilities = Abilities {
     checked: true,
 };
 /// Points outside and inside the jogging clearance of the bracket, mm.
-const CLEAR: (f64, f64) = (-30.0, -30.0);
-const NEAR: (f64, f64) = (-3.1, 20.0);
+const CLEAR: Mm2 = Mm2::new(-30.0, -30.0);
+const NEAR: Mm2 = Mm2::new(-3.1, 20.0);
 const NOW: Time = Time::from_micros(10_000_000);
 
 fn work() -> PreparedPlan {
@@ -37,7 +38,7 @@ fn work_on(machine: &MachineProfile) -> PreparedPlan {
     PreparedPlan::new(PlanRequest::default().plan("bracket", bytes, machine, &mut |_| {}).unwrap())
 }
 
-fn at(mm: (f64, f64)) -> Point {
+fn at(mm: Mm2) -> Point {
     point_from_mm(mm).unwrap()
 }
 
@@ -75,7 +76,7 @@ fn command(command: OperatorCommand) -> Event {
     Event::Command(command)
 }
 
-fn input(velocity: (f64, f64)) -> Event {
+fn input(velocity: Mm2) -> Event {
     Event::Input(OperatorInput { velocity, ..OperatorInput::default() })
 }
 
@@ -103,8 +104,8 @@ const EVENTS: [Happens; 30] = [
     ("displaced", || Event::Reply(Reply::Displaced)),
     ("message", || Event::Reply(Reply::Message(text("hello")))),
     ("garbled", || Event::Reply(Reply::Garbled(text("#")))),
-    ("no wish", || input((0.0, 0.0))),
-    ("a push", || input((-1.0, 0.0))),
+    ("no wish", || input(Mm2::ZERO)),
+    ("a push", || input(Mm2::new(-1.0, 0.0))),
     ("ask: pause", || command(OperatorCommand::FeedHold)),
     ("ask: resume", || command(OperatorCommand::CycleStart)),
     ("ask: recover", || command(OperatorCommand::Recover)),
@@ -116,7 +117,7 @@ const EVENTS: [Happens; 30] = [
 ];
 
 fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {
-    let travel = Window::of(at((-200.0, -200.0))).including(at((200.0, 200.0)));
+    let travel = Window::of(at(Mm2::new(-200.0, -200.0))).including(at(Mm2::new(200.0, 200.0)));
     let options = Options {
         feed_mm_min: 900,
         home: false,
@@ -214,7 +215,7 @@ fn homing_is_owed_until_the_tool_is_located() {
         // between.
         for _ in 0..2 {
             step(&mut supervisor, command(OperatorCommand::Recover));
-            step(&mut supervisor, input((0.0, 0.0)));
+            step(&mut supervisor, input(Mm2::ZERO));
         }
         step(&mut supervisor, report(Mode::Idle));
         step(&mut supervisor, prepared());

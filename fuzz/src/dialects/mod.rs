@@ -13,6 +13,7 @@ use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_guard::{Certification, Certified, ContourMotion, Time, guard_in_open_space};
 use keepout_kernel::curve::{fit_arc, xy};
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vector};
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
 use keepout_sim::{SimSettings, SimulatedController, speaking};
@@ -309,8 +310,8 @@ impl Trip {
         let machine = MachineProfile::simulated();
         let config = DialectConfig::of(&machine, offset);
         let settings = SimSettings {
-            work_offset_mm: (-30.0, -20.0),
-            ..SimSettings::of(machine, (mm(offset.dx), mm(offset.dy)))
+            work_offset_mm: Mm2::new(-30.0, -20.0),
+            ..SimSettings::of(machine, Mm2::new(mm(offset.dx), mm(offset.dy)))
         };
         let controller = speaking(name, settings);
         let dialect = name.dialect(config);
@@ -346,7 +347,7 @@ impl Trip {
         };
         let mut samples = Vec::new();
         self.controller.take_samples(&mut samples);
-        let (x, y) = samples.last().expect("it has moved").position_mm;
+        let Mm2 { x, y } = samples.last().expect("it has moved").position_mm;
         let half_step_mm = 0.5 / MachineProfile::simulated().steps_per_mm + 2e-5;
         let machine = to.translated(offset).expect("it is small");
         let off = (x - mm(machine.x.units())).abs().max((y - mm(machine.y.units())).abs());
@@ -355,7 +356,7 @@ impl Trip {
             let arc = Curve::Arc(arc);
             // The margin's share for arcs.
             let most_mm = 4.0 * MachineProfile::simulated().arc_tolerance_mm + 2.0 * half_step_mm;
-            for (x, y) in samples.iter().map(|sample| sample.position_mm) {
+            for Mm2 { x, y } in samples.iter().map(|sample| sample.position_mm) {
                 let place = ((x - mm(offset.dx)) * UNIT, (y - mm(offset.dy)) * UNIT);
                 let off = oracle::distance(place, [&arc].into_iter()) / UNIT;
                 assert!(off <= most_mm, "{off} mm beside {arc:?} at {place:?}");

@@ -7,6 +7,7 @@ mod truth;
 mod write;
 
 use arbitrary::{Arbitrary, Result, Unstructured};
+use keepout_planner::Mm2;
 use keepout_planner::plan::{Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
@@ -157,7 +158,7 @@ fn order(u: &mut Unstructured<'_>) -> Result<PlanRequest> {
     order.join_mm = *u.choose(&[0.01, 0.01, 0.0, 0.5, 0.001])?;
     order.curve_mm = *u.choose(&[0.001, 0.01, 0.0001, 1.0])?;
     if u.int_in_range(0..=7_u8)? == 0 {
-        order.choice.placed = Some((number(u)?, (number(u)?, number(u)?)));
+        order.choice.placed = Some((number(u)?, Mm2::new(number(u)?, number(u)?)));
     }
     Ok(order)
 }

@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use keepout_kernel::Curve;
+use keepout_planner::Mm2;
 use keepout_planner::drawing::{Chained, Repair};
 use keepout_planner::profile::Profile;
 
@@ -323,7 +324,7 @@ impl Sketch {
         let (x, y) = (x * unit_mm, y * unit_mm);
         let (x, y) = match self.order.choice.placed {
             None => (x, y),
-            Some((degrees, (dx, dy))) => {
+            Some((degrees, Mm2 { x: dx, y: dy })) => {
                 let (x, y) = turned((x, y), degrees);
                 (x + dx, y + dy)
             }

@@ -12,6 +12,7 @@ use super::profile::{DriveProfile, Interpolator};
 use super::reference::{Ramp, Reference};
 use super::run::{Cutting, Task};
 use crate::interpolated::interpolated;
+use keepout_planner::Mm2;
 
 /// Signs of the model errors: gain and time constant of X, then of Y. First the exact model, then all sixteen
 /// corners.
@@ -186,7 +187,7 @@ fn interpolated_tasks(
     question: &BudgetRequest,
 ) -> Vec<(String, Task)> {
     let mut tasks = Vec::new();
-    let mut add = |name: String, points: &[(f64, f64)], speed: f64| {
+    let mut add = |name: String, points: &[Mm2], speed: f64| {
         let found = interpolated(points, speed, interpolator, profile);
         let (plant, feed) = (profile.plant(), speed * profile.pulses_per_mm);
         tasks.push((name, Task { plant, path: found.path, feed, reference: found.samples, cutting: None }));
@@ -196,14 +197,14 @@ fn interpolated_tasks(
         let leg = leg_mm(speed, interpolator);
         add(
             format!("line at 26.6° and back{how}"),
-            &[(0.0, 0.0), (0.894 * leg, 0.447 * leg), (0.0, 0.0)],
+            &[Mm2::ZERO, Mm2::new(0.894 * leg, 0.447 * leg), Mm2::ZERO],
             speed,
         );
         for angle in [45.0_f64, 90.0, 150.0] {
             let (sin, cos) = angle.to_radians().sin_cos();
             add(
                 format!("corner of {angle}°{how}"),
-                &[(0.0, 0.0), (leg, 0.0), (leg + leg * cos, leg * sin)],
+                &[Mm2::ZERO, Mm2::new(leg, 0.0), Mm2::new(leg + leg * cos, leg * sin)],
                 speed,
             );
         }
@@ -216,17 +217,17 @@ fn interpolated_tasks(
 }
 
 /// A leg along X, a quarter turn to the left as chords, and a leg along Y.
-fn bend(leg: f64, radius: f64) -> Vec<(f64, f64)> {
+fn bend(leg: f64, radius: f64) -> Vec<Mm2> {
     let half = (1.0 - SAGITTA_MM / radius).acos();
     let chords = (std::f64::consts::FRAC_PI_4 / half).ceil().max(2.0);
-    let mut points = vec![(0.0, 0.0)];
+    let mut points = vec![Mm2::ZERO];
     let mut number = 0.0;
     while number <= chords {
         let angle = std::f64::consts::FRAC_PI_2 * number / chords;
-        points.push((leg + radius * angle.sin(), radius * (1.0 - angle.cos())));
+        points.push(Mm2::new(leg + radius * angle.sin(), radius * (1.0 - angle.cos())));
         number += 1.0;
     }
-    points.push((leg + radius, leg + radius));
+    points.push(Mm2::new(leg + radius, leg + radius));
     points
 }
 

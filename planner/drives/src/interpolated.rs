@@ -1,5 +1,6 @@
 //! A path as the simulated interpolator sends it to the drives: slower at corners, from rest to rest.
 
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 
 use crate::Axes;
@@ -24,12 +25,12 @@ pub const SETTLES_S: f64 = 0.5;
 /// Interpolates straight blocks through `points_mm` at `feed_mm_s`. The first point is the start.
 #[must_use]
 pub fn interpolated(
-    points_mm: &[(f64, f64)],
+    points_mm: &[Mm2],
     feed_mm_s: f64,
     interpolator: &Interpolator,
     profile: &DriveProfile,
 ) -> Interpolated {
-    let pulses = |(x, y): (f64, f64)| Axes::new(x, y) * profile.pulses_per_mm;
+    let pulses = |Mm2 { x, y }: Mm2| Axes::new(x, y) * profile.pulses_per_mm;
     let start = points_mm.first().copied().unwrap_or_default();
     let machine = MachineProfile {
         max_rate_mm_s: interpolator.max_rate_mm_s,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Axes;
 use super::drive::{Drive, DriveMotion};
+use keepout_planner::Mm2;
 
 /// Friction of an axis, bits. It does not depend on the speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -171,7 +172,7 @@ impl Axis {
                 self.drive.after(from, bits - against, seconds)
             }
             Friction::Stick { coulomb, stiction } => {
-                self.stuck_or_moved(from, bits, (coulomb, stiction), seconds)
+                self.stuck_or_moved(from, bits, Mm2::new(coulomb, stiction), seconds)
             }
         }
     }
@@ -182,7 +183,7 @@ impl Axis {
         &self,
         from: DriveMotion,
         bits: f64,
-        (coulomb, stiction): (f64, f64),
+        Mm2 { x: coulomb, y: stiction }: Mm2,
         seconds: f64,
     ) -> DriveMotion {
         let (mut motion, mut left) = (from, seconds);

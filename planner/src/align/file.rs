@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::Mm2;
 use crate::file::{FileError, FileKind};
 use crate::plan::Plan;
 use crate::text_file;
@@ -106,11 +107,11 @@ pub enum AlignmentFileError {
     #[error(
         "the plan was made with --offset-mm {},{}, but the alignment holds for the drawing without \
          an offset. Make the plan again with `keepout plan --alignment`, without --offset-mm.",
-        .by_mm.0, .by_mm.1
+        .by_mm.x, .by_mm.y
     )]
     Moved {
         /// Offset of the plan, mm.
-        by_mm: (f64, f64),
+        by_mm: Mm2,
     },
 }
 
@@ -176,17 +177,17 @@ impl AlignmentFile {
     /// Placement of the drawing for planning ([`crate::drawing::EntityFilter::placed`]): turned, not
     /// moved.
     #[must_use]
-    pub fn placed(&self) -> Option<(f64, (f64, f64))> {
-        (self.rotation_deg != 0.0).then_some((self.rotation_deg, (0.0, 0.0)))
+    pub fn placed(&self) -> Option<(f64, Mm2)> {
+        (self.rotation_deg != 0.0).then_some((self.rotation_deg, Mm2::ZERO))
     }
 
     /// Machine coordinates of the plan's origin, mm.
     ///
     /// # Errors
     /// [`AlignmentFileError`] when the plan has another rotation, or an offset.
-    pub fn origin_for(&self, plan: &Plan) -> Result<(f64, f64), AlignmentFileError> {
+    pub fn origin_for(&self, plan: &Plan) -> Result<Mm2, AlignmentFileError> {
         let (plan_deg, by_mm) = plan.provenance.placed.unwrap_or_default();
-        if by_mm != (0.0, 0.0) {
+        if by_mm != Mm2::ZERO {
             return Err(AlignmentFileError::Moved { by_mm });
         }
         #[expect(clippy::float_cmp, reason = "both were read from the same digits")]
@@ -194,7 +195,7 @@ impl AlignmentFile {
             return Err(AlignmentFileError::Turned { plan_deg, setup_deg: self.rotation_deg });
         }
         let [x, y] = self.origin_mm;
-        Ok((x, y))
+        Ok(Mm2::new(x, y))
     }
 }
 
@@ -221,7 +222,7 @@ mod tests {
         let read = AlignmentFile::load(&path);
         std::fs::remove_file(&path).unwrap();
         assert_eq!(read.unwrap(), alignment);
-        assert_eq!(alignment.placed(), Some((-12.345_678_9, (0.0, 0.0))));
+        assert_eq!(alignment.placed(), Some((-12.345_678_9, Mm2::ZERO)));
         assert!(AlignmentFile { residual_mm: f64::NAN, ..alignment }.checked().is_err());
     }
 }

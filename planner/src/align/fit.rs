@@ -2,6 +2,7 @@
 
 use super::ProbePoint;
 use super::part::{PartEdges, StraightEdge};
+use crate::Mm2;
 
 /// A probe point and the geometry that was touched.
 #[derive(Clone, Copy, Debug)]
@@ -39,8 +40,8 @@ type Matrix = [[f64; 3]; 3];
 pub(super) struct Fit {
     /// The rotation, rad.
     pub rotation: f64,
-    place: (f64, f64),
-    middle: (f64, f64),
+    place: Mm2,
+    middle: Mm2,
     half_mm: f64,
     turns: bool,
 }
@@ -51,7 +52,7 @@ impl Fit {
     pub fn of(observations: &[Observation], start: Option<f64>, part: &PartEdges) -> Option<Self> {
         let mut fit = Self {
             rotation: start.unwrap_or(0.0),
-            place: (0.0, 0.0),
+            place: Mm2::ZERO,
             middle: part.middle_mm(),
             half_mm: part.size_mm() / 2.0,
             turns: start.is_some(),
@@ -63,39 +64,34 @@ impl Fit {
             let slope = |i: usize| rows.iter().map(|row| row.slope[i] * row.off).sum::<f64>();
             let step = times(&inverse, [slope(0), slope(1), slope(2)]);
             fit.rotation -= step[0] / fit.half_mm;
-            fit.place = (fit.place.0 - step[1], fit.place.1 - step[2]);
+            fit.place = fit.place - Mm2::new(step[1], step[2]);
         }
-        (fit.rotation.is_finite() && fit.place.0.is_finite() && fit.place.1.is_finite()).then_some(fit)
-    }
-
-    fn turned(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        let (sin, cos) = self.rotation.sin_cos();
-        (x * cos - y * sin, x * sin + y * cos)
+        (fit.rotation.is_finite() && fit.place.is_finite()).then_some(fit)
     }
 
     /// Vector from the middle to a point of the drawing, turned.
-    fn arm(&self, p: (f64, f64)) -> (f64, f64) {
-        self.turned((p.0 - self.middle.0, p.1 - self.middle.1))
+    fn arm(&self, p: Mm2) -> Mm2 {
+        (p - self.middle).turned(self.rotation)
     }
 
     fn rows(&self, observation: &Observation) -> Vec<Row> {
         let scaled = |slope: f64| if self.turns { slope / self.half_mm } else { 0.0 };
         match *observation {
             Observation::Point(ProbePoint { drawing_mm, machine_mm }) => {
-                let (x, y) = self.arm(drawing_mm);
-                let off = (self.place.0 + x - machine_mm.0, self.place.1 + y - machine_mm.1);
+                let arm = self.arm(drawing_mm);
+                let off = self.place + arm - machine_mm;
                 vec![
-                    Row { off: off.0, slope: [scaled(-y), 1.0, 0.0] },
-                    Row { off: off.1, slope: [scaled(x), 0.0, 1.0] },
+                    Row { off: off.x, slope: [scaled(-arm.y), 1.0, 0.0] },
+                    Row { off: off.y, slope: [scaled(arm.x), 0.0, 1.0] },
                 ]
             }
             Observation::Edge { touch, edge, radius_mm } => {
-                let ((x, y), (nx, ny)) = (self.arm(edge.from_mm), self.turned(edge.outward));
-                let (dx, dy) = (touch.machine_mm.0 - self.place.0 - x, touch.machine_mm.1 - self.place.1 - y);
-                let off = nx * dx + ny * dy - radius_mm;
+                let (arm, normal) = (self.arm(edge.from_mm), edge.outward.turned(self.rotation));
+                let from_edge = touch.machine_mm - self.place - arm;
+                let off = normal.dot(from_edge) - radius_mm;
                 // The normal and the edge's own point both turn with the part.
-                let turning = (-ny * dx + nx * dy) - (-nx * y + ny * x);
-                vec![Row { off, slope: [scaled(turning), -nx, -ny] }]
+                let turning = normal.cross(from_edge) - arm.cross(normal);
+                vec![Row { off, slope: [scaled(turning), -normal.x, -normal.y] }]
             }
         }
     }
@@ -116,16 +112,13 @@ impl Fit {
     }
 
     /// Drawing coordinates of a machine point, mm.
-    pub fn drawing_mm(&self, machine_mm: (f64, f64)) -> (f64, f64) {
-        let (dx, dy) = (machine_mm.0 - self.place.0, machine_mm.1 - self.place.1);
-        let (sin, cos) = self.rotation.sin_cos();
-        (dx * cos + dy * sin + self.middle.0, dy * cos - dx * sin + self.middle.1)
+    pub fn drawing_mm(&self, machine_mm: Mm2) -> Mm2 {
+        (machine_mm - self.place).turned(-self.rotation) + self.middle
     }
 
     /// Machine coordinates of the drawing's origin after a turn by `rotation`, mm.
-    pub fn origin(&self, rotation: f64) -> (f64, f64) {
-        let ((sin, cos), (x, y)) = (rotation.sin_cos(), self.middle);
-        (self.place.0 - (x * cos - y * sin), self.place.1 - (x * sin + y * cos))
+    pub fn origin(&self, rotation: f64) -> Mm2 {
+        self.place - self.middle.turned(rotation)
     }
 
     /// Largest error of a place in the part's box, and the corner where it occurs. Each probe point may
@@ -133,24 +126,19 @@ impl Fit {
     ///
     /// The estimate is of first order, and the errors add up. The error is convex in the place, so a
     /// corner has the largest one.
-    pub fn uncertainty(
-        &self,
-        observations: &[Observation],
-        error_mm: f64,
-        part: &PartEdges,
-    ) -> (f64, (f64, f64)) {
+    pub fn uncertainty(&self, observations: &[Observation], error_mm: f64, part: &PartEdges) -> (f64, Mm2) {
         let rows: Vec<Vec<Row>> = observations.iter().map(|each| self.rows(each)).collect();
         let all: Vec<Row> = observations.iter().flat_map(|each| self.rows(each)).collect();
         let Some(inverse) = self.inverse(&all) else { return (f64::INFINITY, part.middle_mm()) };
-        let off_at = |corner: (f64, f64)| {
-            let (x, y) = self.arm(corner);
+        let off_at = |corner: Mm2| {
+            let Mm2 { x, y } = self.arm(corner);
             let moved = |row: &Row| {
                 let [turn, dx, dy] = times(&inverse, row.slope);
                 let turn = if self.turns { turn / self.half_mm } else { 0.0 };
-                (dx - turn * y, dy + turn * x)
+                Mm2::new(dx - turn * y, dy + turn * x)
             };
             let gain = |rows: &Vec<Row>| match &rows[..] {
-                [only] => moved(only).0.hypot(moved(only).1),
+                [only] => moved(only).x.hypot(moved(only).y),
                 [first, second, ..] => norm(moved(first), moved(second)),
                 [] => 0.0,
             };
@@ -162,9 +150,8 @@ impl Fit {
 }
 
 /// Spectral norm of the matrix with these columns.
-fn norm(a: (f64, f64), b: (f64, f64)) -> f64 {
-    let sum = a.0 * a.0 + a.1 * a.1 + b.0 * b.0 + b.1 * b.1;
-    let determinant = a.0 * b.1 - a.1 * b.0;
+fn norm(a: Mm2, b: Mm2) -> f64 {
+    let (sum, determinant) = (a.dot(a) + b.dot(b), a.cross(b));
     let root = (sum * sum - 4.0 * determinant * determinant).max(0.0).sqrt();
     f64::midpoint(sum, root).sqrt()
 }

@@ -20,15 +20,15 @@ use fit::{Fit, Observation};
 pub use part::{PartEdges, StraightEdge};
 use thiserror::Error;
 
-use crate::units::mm_pair;
+use crate::Mm2;
 
 /// A place of the part in drawing coordinates, and the tool's centre there in machine coordinates; mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbePoint {
     /// The place in the drawing. For an edge, a place near the touched one.
-    pub drawing_mm: (f64, f64),
+    pub drawing_mm: Mm2,
     /// The machine coordinates of the tool's centre.
-    pub machine_mm: (f64, f64),
+    pub machine_mm: Mm2,
 }
 
 /// Probe points of one alignment, and their accuracy.
@@ -65,7 +65,7 @@ pub struct Alignment {
     /// Rotation of the drawing about its origin, counter-clockwise, degrees in (−180, 180].
     pub rotation_deg: f64,
     /// Machine coordinates of the drawing's origin, mm.
-    pub origin_mm: (f64, f64),
+    pub origin_mm: Mm2,
     /// Whether the rotation was measured. Otherwise the drawing's axes count as the machine's.
     pub turned: bool,
     /// Distance of each probe point from its fitted position, mm: the points, then the edges.
@@ -74,7 +74,7 @@ pub struct Alignment {
     /// includes rounding.
     pub uncertainty_mm: f64,
     /// Corner of the part's box with that error, drawing coordinates, mm.
-    pub worst_at_mm: (f64, f64),
+    pub worst_at_mm: Mm2,
     /// Whether the error is many times the probe error.
     pub poor: bool,
 }
@@ -102,30 +102,28 @@ pub enum AlignmentError {
         most: f64,
     },
     /// The part has no straight edge near the place.
-    #[error("the part has no straight edge near {}. Give a place on the touched edge.", mm_pair(*near))]
+    #[error("the part has no straight edge near {near}. Give a place on the touched edge.")]
     NoEdge {
         /// The place, drawing coordinates.
-        near: (f64, f64),
+        near: Mm2,
     },
     /// Two edges are about equally near to the place.
     #[error(
-        "two straight edges are about equally near to {}. \
-         Give a place nearer to the touched edge, away from its ends.",
-        mm_pair(*near)
+        "two straight edges are about equally near to {near}. \
+         Give a place nearer to the touched edge, away from its ends."
     )]
     WhichEdge {
         /// The place, drawing coordinates.
-        near: (f64, f64),
+        near: Mm2,
     },
     /// The order of two touches along an edge is ambiguous.
     #[error(
-        "the order of the two touches on the edge near {} is ambiguous. \
-         Give places that are as far apart in the drawing as the touches are on the machine.",
-        mm_pair(*near)
+        "the order of the two touches on the edge near {near} is ambiguous. \
+         Give places that are as far apart in the drawing as the touches are on the machine."
     )]
     WhichEnd {
         /// The place of the first touch in the drawing.
-        near: (f64, f64),
+        near: Mm2,
     },
     /// Two points have different distances in the drawing and on the machine.
     #[error(
@@ -177,10 +175,9 @@ pub enum AlignmentError {
     Undetermined,
     /// The probe points are too near each other for the size of the part.
     #[error(
-        "a probe error of {probe_error_mm} mm can shift the part by {off_mm:.3} mm at {}: \
+        "a probe error of {probe_error_mm} mm can shift the part by {off_mm:.3} mm at {at_mm}: \
          the probe points are {apart_mm:.2} mm apart, the part is {size_mm:.2} mm long. \
-         Touch points farther apart, and edges square to each other.",
-        mm_pair(*at_mm)
+         Touch points farther apart, and edges square to each other."
     )]
     Degenerate {
         /// Error of each probe point, mm.
@@ -188,7 +185,7 @@ pub enum AlignmentError {
         /// Error of the part that follows, mm.
         off_mm: f64,
         /// Place with that error, drawing coordinates, mm.
-        at_mm: (f64, f64),
+        at_mm: Mm2,
         /// Largest distance between two probe points, mm.
         apart_mm: f64,
         /// Diagonal of the part's box, mm.
@@ -224,11 +221,11 @@ pub fn align(part: &PartEdges, touches: &ProbePoints) -> Result<Alignment, Align
         });
     }
     let rotation_deg = wrapped((fit.rotation.to_degrees() * DEGREE_PARTS).round() / DEGREE_PARTS);
-    let (x, y) = fit.origin(rotation_deg.to_radians());
+    let Mm2 { x, y } = fit.origin(rotation_deg.to_radians());
     let micrometre = |c: f64| (c * 1000.0).round() / 1000.0;
     Ok(Alignment {
         rotation_deg,
-        origin_mm: (micrometre(x), micrometre(y)),
+        origin_mm: Mm2::new(micrometre(x), micrometre(y)),
         turned: start.is_some(),
         residuals_mm,
         uncertainty_mm: off_mm + ROUND_MM,
@@ -240,10 +237,8 @@ pub fn align(part: &PartEdges, touches: &ProbePoints) -> Result<Alignment, Align
 impl Alignment {
     /// Machine coordinates of a point of the drawing, mm.
     #[must_use]
-    pub fn machine_mm(&self, drawing_mm: (f64, f64)) -> (f64, f64) {
-        let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
-        let (x, y) = drawing_mm;
-        (x * cos - y * sin + self.origin_mm.0, x * sin + y * cos + self.origin_mm.1)
+    pub fn machine_mm(&self, drawing_mm: Mm2) -> Mm2 {
+        drawing_mm.turned(self.rotation_deg.to_radians()) + self.origin_mm
     }
 
     /// Largest residual, mm.
@@ -269,8 +264,8 @@ impl ProbePoints {
         let pairs = (0..self.points.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
         for (i, j) in pairs {
             let (a, b) = (self.points[i], self.points[j]);
-            let drawing_mm = far(a.drawing_mm, b.drawing_mm);
-            let machine_mm = far(a.machine_mm, b.machine_mm);
+            let drawing_mm = a.drawing_mm.distance(b.drawing_mm);
+            let machine_mm = a.machine_mm.distance(b.machine_mm);
             if (drawing_mm - machine_mm).abs() > self.tolerance_mm {
                 let (first, second, tolerance_mm) = (i + 1, j + 1, self.tolerance_mm);
                 return Err(AlignmentError::Distance { first, second, drawing_mm, machine_mm, tolerance_mm });
@@ -304,9 +299,8 @@ impl ProbePoints {
 
     /// Largest distance between two probe points, mm.
     fn apart_mm(&self) -> f64 {
-        let all: Vec<(f64, f64)> =
-            self.points.iter().chain(&self.edges).map(|touch| touch.machine_mm).collect();
-        all.iter().flat_map(|&a| all.iter().map(move |&b| far(a, b))).fold(0.0, f64::max)
+        let all: Vec<Mm2> = self.points.iter().chain(&self.edges).map(|touch| touch.machine_mm).collect();
+        all.iter().flat_map(|&a| all.iter().map(move |&b| a.distance(b))).fold(0.0, f64::max)
     }
 }
 
@@ -316,7 +310,7 @@ fn first_rotation(
     observations: &[Observation],
 ) -> Result<Option<f64>, AlignmentError> {
     if let [first, others @ ..] = &touches.points[..] {
-        let away = |touch: &ProbePoint| far(first.drawing_mm, touch.drawing_mm);
+        let away = |touch: &ProbePoint| first.drawing_mm.distance(touch.drawing_mm);
         if let Some(farthest) = others.iter().max_by(|a, b| away(a).total_cmp(&away(b))) {
             return Ok(Some(turn_between(first, farthest)));
         }
@@ -329,7 +323,7 @@ fn first_rotation(
             continue;
         }
         let along = edge.along(b.drawing_mm) - edge.along(a.drawing_mm);
-        if along.abs() < far(a.machine_mm, b.machine_mm) / 2.0 {
+        if along.abs() < a.machine_mm.distance(b.machine_mm) / 2.0 {
             return Err(AlignmentError::WhichEnd { near: a.drawing_mm });
         }
         let on = |touch: ProbePoint| ProbePoint { drawing_mm: edge.foot(touch.drawing_mm), ..touch };
@@ -354,12 +348,8 @@ fn check_ends(fit: &Fit, observations: &[Observation], touches: &ProbePoints) ->
 
 /// Angle from the line between two points of the drawing to that line on the machine, rad.
 fn turn_between(a: &ProbePoint, b: &ProbePoint) -> f64 {
-    let angle = |p: (f64, f64), q: (f64, f64)| (q.1 - p.1).atan2(q.0 - p.0);
+    let angle = |p: Mm2, q: Mm2| (q - p).angle();
     angle(a.machine_mm, b.machine_mm) - angle(a.drawing_mm, b.drawing_mm)
-}
-
-fn far(a: (f64, f64), b: (f64, f64)) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
 }
 
 /// The angle in (−180, 180] degrees.

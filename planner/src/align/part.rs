@@ -3,27 +3,28 @@
 use keepout_kernel::{Curve, UNITS_PER_MM};
 
 use super::AlignmentError;
+use crate::Mm2;
 use crate::profile::{MachinedSide, Profile, ProfileError};
 use crate::select::ContourPolygon;
-use crate::units::{nearest_on_mm, point_mm};
+use crate::units::point_mm;
 
 /// Straight edge of the part, drawing coordinates, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StraightEdge {
     /// First end.
-    pub from_mm: (f64, f64),
+    pub from_mm: Mm2,
     /// Second end.
-    pub to_mm: (f64, f64),
+    pub to_mm: Mm2,
     /// Unit normal, away from the part.
-    pub outward: (f64, f64),
+    pub outward: Mm2,
 }
 
 /// Straight edges of a part, and the box around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartEdges {
     edges: Vec<StraightEdge>,
-    low_mm: (f64, f64),
-    high_mm: (f64, f64),
+    low_mm: Mm2,
+    high_mm: Mm2,
 }
 
 /// Least length of an edge for probing, mm.
@@ -50,32 +51,32 @@ impl PartEdges {
         };
         let edges = profile.outlines(&region).iter().flat_map(lines).collect();
         let boxes: Vec<_> = profile.loops.iter().map(|each| ContourPolygon::of(each).bounds).collect();
-        let low_mm = boxes.iter().fold((f64::MAX, f64::MAX), |a, (b, _)| (a.0.min(b.0), a.1.min(b.1)));
-        let high_mm = boxes.iter().fold((f64::MIN, f64::MIN), |a, (_, b)| (a.0.max(b.0), a.1.max(b.1)));
+        let low_mm = boxes.iter().fold(Mm2::new(f64::MAX, f64::MAX), |low, each| low.min(each.0));
+        let high_mm = boxes.iter().fold(Mm2::new(f64::MIN, f64::MIN), |high, each| high.max(each.1));
         Ok(Self { edges, low_mm, high_mm })
     }
 
     /// Diagonal of its box, mm.
     #[must_use]
     pub fn size_mm(&self) -> f64 {
-        (self.high_mm.0 - self.low_mm.0).hypot(self.high_mm.1 - self.low_mm.1)
+        self.low_mm.distance(self.high_mm)
     }
 
     /// Middle of its box, mm.
     #[must_use]
-    pub fn middle_mm(&self) -> (f64, f64) {
-        (f64::midpoint(self.low_mm.0, self.high_mm.0), f64::midpoint(self.low_mm.1, self.high_mm.1))
+    pub fn middle_mm(&self) -> Mm2 {
+        self.low_mm.midpoint(self.high_mm)
     }
 
     /// Corners of its box, mm.
     #[must_use]
-    pub fn corners_mm(&self) -> [(f64, f64); 4] {
-        let ((x0, y0), (x1, y1)) = (self.low_mm, self.high_mm);
-        [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+    pub fn corners_mm(&self) -> [Mm2; 4] {
+        let (low, high) = (self.low_mm, self.high_mm);
+        [low, Mm2::new(high.x, low.y), high, Mm2::new(low.x, high.y)]
     }
 
     /// The straight edge to which a place near it refers.
-    pub(super) fn edge_near(&self, near: (f64, f64)) -> Result<StraightEdge, AlignmentError> {
+    pub(super) fn edge_near(&self, near: Mm2) -> Result<StraightEdge, AlignmentError> {
         let by_distance =
             |a: &&StraightEdge, b: &&StraightEdge| a.distance(near).total_cmp(&b.distance(near));
         let nearest = self.edges.iter().min_by(by_distance).ok_or(AlignmentError::NoEdge { near })?;
@@ -97,45 +98,43 @@ impl StraightEdge {
         let Curve::Line(segment) = curve else { return None };
         let length_mm = curve.length() / f64::from(UNITS_PER_MM);
         let (from_mm, to_mm) = (point_mm(segment.from), point_mm(segment.to));
-        let (dx, dy) = ((to_mm.0 - from_mm.0) / length_mm, (to_mm.1 - from_mm.1) / length_mm);
-        let outward = if free_on_left { (-dy, dx) } else { (dy, -dx) };
+        let direction = (to_mm - from_mm) / length_mm;
+        let outward = if free_on_left { direction.left() } else { -direction.left() };
         (length_mm >= EDGE_MIN_MM).then_some(Self { from_mm, to_mm, outward })
     }
 
-    fn distance(&self, p: (f64, f64)) -> f64 {
-        let foot = nearest_on_mm(p, self.from_mm, self.to_mm);
-        (foot.0 - p.0).hypot(foot.1 - p.1)
+    fn distance(&self, p: Mm2) -> f64 {
+        p.distance(p.nearest_on(self.from_mm, self.to_mm))
     }
 
     fn length(&self) -> f64 {
-        (self.to_mm.0 - self.from_mm.0).hypot(self.to_mm.1 - self.from_mm.1)
+        self.from_mm.distance(self.to_mm)
     }
 
     /// Position of a place along the edge, mm from the first end.
-    pub(super) fn along(&self, (x, y): (f64, f64)) -> f64 {
-        let (dx, dy) = (self.to_mm.0 - self.from_mm.0, self.to_mm.1 - self.from_mm.1);
-        ((x - self.from_mm.0) * dx + (y - self.from_mm.1) * dy) / self.length()
+    pub(super) fn along(&self, p: Mm2) -> f64 {
+        (p - self.from_mm).dot(self.to_mm - self.from_mm) / self.length()
     }
 
     /// The point on the edge's line that is nearest to `p`, mm.
-    pub(super) fn foot(&self, p: (f64, f64)) -> (f64, f64) {
+    pub(super) fn foot(&self, p: Mm2) -> Mm2 {
         let off = self.off_line(p);
-        (p.0 - self.outward.0 * off, p.1 - self.outward.1 * off)
+        p - self.outward * off
     }
 
-    fn off_line(&self, (x, y): (f64, f64)) -> f64 {
-        (x - self.from_mm.0) * self.outward.0 + (y - self.from_mm.1) * self.outward.1
+    fn off_line(&self, p: Mm2) -> f64 {
+        (p - self.from_mm).dot(self.outward)
     }
 
     /// Whether the other edge is on the same line, with the part on the same side.
     pub(super) fn is_along(&self, other: &Self) -> bool {
-        let same_side = self.outward.0 * other.outward.0 + self.outward.1 * other.outward.1 > 0.0;
+        let same_side = self.outward.dot(other.outward) > 0.0;
         let on_line = |p| self.off_line(p).abs() <= ONE_LINE_MM;
         same_side && on_line(other.from_mm) && on_line(other.to_mm)
     }
 
     /// Distance of a place beyond the edge's nearer end, mm; negative between the ends.
-    pub(super) fn beyond(&self, p: (f64, f64)) -> f64 {
+    pub(super) fn beyond(&self, p: Mm2) -> f64 {
         let along = self.along(p);
         (-along).max(along - self.length())
     }

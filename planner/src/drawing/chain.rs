@@ -180,10 +180,10 @@ fn lattice_pieces(
     match curve {
         RawCurve::Line { from, to } => push(on_lattice_point(*from)?, on_lattice_point(*to)?, Bend::Straight),
         &RawCurve::Arc { arc, from, to } => {
-            if arc.radius > RADIUS_MAX_MM || point_from_mm(arc.centre).is_err() {
+            if arc.radius > RADIUS_MAX_MM || point_from_mm(arc.centre.into()).is_err() {
                 let mut flat = Vec::new();
-                let at = |angle| arc.at_angle(angle);
-                elliptic_beziers(&at, arc.centre, (arc.start, arc.sweep), TAU / 8.0, &mut flat);
+                let at = |angle| arc.at_angle(angle).into();
+                elliptic_beziers(&at, arc.centre.into(), (arc.start, arc.sweep), TAU / 8.0, &mut flat);
                 flat.first_mut().into_iter().for_each(|first| first.set_from(from));
                 flat.last_mut().into_iter().for_each(|last| last.set_to(to));
                 return flat
@@ -195,7 +195,7 @@ fn lattice_pieces(
             let centre = (arc.centre.0 * scale, arc.centre.1 * scale);
             let mut begin = from;
             for k in 1..=count {
-                let end = if k == count { to } else { arc.at(f64::from(k) / f64::from(count)) };
+                let end = if k == count { to } else { arc.at(f64::from(k) / f64::from(count)).into() };
                 let (a, b) = (on_lattice_point(begin)?, on_lattice_point(end)?);
                 push(a, b, Bend::Round(centre, arc.turn(), b.minus(a)));
                 begin = end;

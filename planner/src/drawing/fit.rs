@@ -227,13 +227,17 @@ fn line_between(from: Point, to: Point) -> Option<Curve> {
 
 #[cfg(test)]
 mod tests {
+    use crate::Mm2;
     use proptest::strategy::{Strategy, ValueTree};
     use proptest::test_runner::TestRunner;
 
     use super::*;
 
     fn chain(points: &[Xy], weights: &[f64]) -> (Bezier, Vec<Curve>) {
-        let raw = RawBezier { points: points.to_vec(), weights: weights.to_vec() };
+        let raw = RawBezier {
+            points: points.iter().map(|&point| point.into()).collect(),
+            weights: weights.to_vec(),
+        };
         let Ok(curve) = on_lattice(&raw) else { panic!("on the lattice") };
         let chain = chain_along(&curve, Length::small(100)).unwrap();
         (curve, chain)
@@ -243,7 +247,7 @@ mod tests {
     fn turn(pair: &[Curve]) -> f64 {
         let (_, a) = crate::units::along_mm(&pair[0], 1.0);
         let (_, b) = crate::units::along_mm(&pair[1], 0.0);
-        (a.0 * b.1 - a.1 * b.0).atan2(a.0 * b.0 + a.1 * b.1).abs()
+        a.cross(b).atan2(a.dot(b)).abs()
     }
 
     #[test]
@@ -303,7 +307,7 @@ mod tests {
         for _ in 0..1000 {
             let (places, power) = (places.clone(), -3.0..0.0_f64).new_tree(&mut runner).unwrap().current();
             let size = 10_f64.powf(power);
-            let points = places.iter().map(|&(x, y, _)| (x * size, y * size)).collect();
+            let points = places.iter().map(|&(x, y, _)| Mm2::new(x * size, y * size)).collect();
             let raw = RawBezier { points, weights: places.iter().map(|place| place.2).collect() };
             let Ok(curve) = on_lattice(&raw) else { panic!("on the lattice") };
             if let Ok(chain) = chain_along(&curve, Length::small(100)) {

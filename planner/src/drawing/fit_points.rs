@@ -136,18 +136,13 @@ fn solve(rows: &[Row]) -> Vec<Vec3> {
 mod tests {
     use super::super::entity::Insert;
     use super::*;
+    use crate::Mm2;
 
-    type Xy = (f64, f64);
-
-    fn distance(p: Xy, q: Xy) -> f64 {
-        (p.0 - q.0).hypot(p.1 - q.1)
-    }
-
-    fn beziers(points: &[Xy], closed: bool) -> Vec<Vec<Xy>> {
+    fn beziers(points: &[(f64, f64)], closed: bool) -> Vec<Vec<Mm2>> {
         beziers_in(&Placement::scaled(1.0), points, closed)
     }
 
-    fn beziers_in(placement: &Placement, points: &[Xy], closed: bool) -> Vec<Vec<Xy>> {
+    fn beziers_in(placement: &Placement, points: &[(f64, f64)], closed: bool) -> Vec<Vec<Mm2>> {
         let mut out = Vec::new();
         let points: Vec<Vec3> = points.iter().map(|&(x, y)| [x, y, 0.0]).collect();
         through(&points, closed, (None, None), placement, &mut out);
@@ -160,11 +155,9 @@ mod tests {
     }
 
     /// Second derivatives by chord length at the start and the end of a piece.
-    fn bends(b: &[Xy]) -> (Xy, Xy) {
-        let h = distance(b[0], b[3]);
-        let second = |p: Xy, q: Xy, r: Xy| {
-            (6.0 * (p.0 - 2.0 * q.0 + r.0) / (h * h), 6.0 * (p.1 - 2.0 * q.1 + r.1) / (h * h))
-        };
+    fn bends(b: &[Mm2]) -> (Mm2, Mm2) {
+        let h = b[0].distance(b[3]);
+        let second = |p: Mm2, q: Mm2, r: Mm2| (p - q * 2.0 + r) * 6.0 / (h * h);
         (second(b[0], b[1], b[2]), second(b[1], b[2], b[3]))
     }
 
@@ -178,12 +171,12 @@ mod tests {
             let count = if closed { 5 } else { 3 };
             for (a, b) in pieces.iter().zip(next).take(count) {
                 let (end, begin) = (bends(a).1, bends(b).0);
-                assert!(distance(end, begin) < 1e-9, "{closed}: {end:?} {begin:?}");
+                assert!(end.distance(begin) < 1e-9, "{closed}: {end:?} {begin:?}");
                 assert_eq!(a[3], b[0]);
             }
             if !closed {
-                assert!(distance(bends(&pieces[0]).0, (0.0, 0.0)) < 1e-9, "natural at its beginning");
-                assert!(distance(bends(&pieces[3]).1, (0.0, 0.0)) < 1e-9, "natural at its end");
+                assert!(bends(&pieces[0]).0.distance(Mm2::ZERO) < 1e-9, "natural at its beginning");
+                assert!(bends(&pieces[3]).1.distance(Mm2::ZERO) < 1e-9, "natural at its end");
             }
         }
     }
@@ -205,7 +198,7 @@ mod tests {
         let placement = Placement::scaled(1.0).inserted(&insert, up, [0.0; 3], (0.0, 0.0));
         for (plain, placed) in beziers(&points, false).iter().zip(beziers_in(&placement, &points, false)) {
             for (p, q) in plain.iter().zip(placed) {
-                assert!(distance((5.0 + p.0, 7.0 + 2.0 * p.1), q) < 1e-9, "{p:?} {q:?}");
+                assert!(Mm2::new(5.0 + p.x, 7.0 + 2.0 * p.y).distance(q) < 1e-9, "{p:?} {q:?}");
             }
         }
     }

@@ -8,6 +8,7 @@ use super::flatten::{Flattener, name_of};
 use super::placement::Placement;
 use super::tags::Damage;
 use super::{Drawing, DrawingError};
+use crate::Mm2;
 use crate::file::{FileError, FileKind};
 
 /// Largest file that is read, in bytes.
@@ -39,7 +40,7 @@ pub struct EntityFilter {
     pub solids: bool,
     /// Placement of the drawing on the machine: a rotation about its origin in degrees, then an
     /// offset (x, y) in mm.
-    pub placed: Option<(f64, (f64, f64))>,
+    pub placed: Option<(f64, Mm2)>,
 }
 
 impl EntityFilter {

@@ -96,8 +96,7 @@ impl Joiner {
     /// Joins two ends at the midpoint between them.
     fn meet(&mut self, a: End, b: End) -> Point {
         let (p, q) = (point_mm(self.at(a)), point_mm(self.at(b)));
-        let middle = (f64::midpoint(p.0, q.0), f64::midpoint(p.1, q.1));
-        let middle = point_from_mm(middle).unwrap_or(self.at(a));
+        let middle = point_from_mm(p.midpoint(q)).unwrap_or(self.at(a));
         for (piece, which) in [a, b] {
             let piece = &mut self.pieces[piece];
             if which == 0 { piece.from = middle } else { piece.to = middle }

@@ -21,6 +21,7 @@ mod repair;
 mod spline;
 mod tags;
 
+use crate::Mm2;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -66,18 +67,18 @@ pub enum RawCurve {
     /// A straight line.
     Line {
         /// Start point.
-        from: (f64, f64),
+        from: Mm2,
         /// End point.
-        to: (f64, f64),
+        to: Mm2,
     },
     /// A circular arc of at most one turn.
     Arc {
         /// The arc.
         arc: ArcView,
         /// Start point, from the file or computed from the angle.
-        from: (f64, f64),
+        from: Mm2,
         /// End point.
-        to: (f64, f64),
+        to: Mm2,
     },
     /// A piece of an ellipse or spline.
     Bezier(Box<RawBezier>),
@@ -87,7 +88,7 @@ pub enum RawCurve {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawBezier {
     /// Control points; the curve begins at the first and ends at the last.
-    pub points: Vec<(f64, f64)>,
+    pub points: Vec<Mm2>,
     /// One weight for each control point.
     pub weights: Vec<f64>,
 }
@@ -95,14 +96,14 @@ pub struct RawBezier {
 impl RawBezier {
     /// The point at the parameter `t` in [0, 1].
     #[must_use]
-    pub fn at(&self, t: f64) -> (f64, f64) {
-        let weighted = |(&(x, y), &w): (&(f64, f64), &f64)| [x * w, y * w, w];
+    pub fn at(&self, t: f64) -> Mm2 {
+        let weighted = |(&Mm2 { x, y }, &w): (&Mm2, &f64)| [x * w, y * w, w];
         let mut row: Vec<[f64; 3]> = self.points.iter().zip(&self.weights).map(weighted).collect();
         while row.len() > 1 {
             let pair = |pair: &[[f64; 3]]| [0, 1, 2].map(|i| pair[0][i] * (1.0 - t) + pair[1][i] * t);
             row = row.windows(2).map(pair).collect();
         }
-        row.first().map_or((0.0, 0.0), |[x, y, w]| (x / w, y / w))
+        row.first().map_or(Mm2::ZERO, |[x, y, w]| Mm2::new(x / w, y / w))
     }
 
     /// Returns the curve, or a line if it has two control points.
@@ -116,13 +117,13 @@ impl RawBezier {
 }
 
 impl RawCurve {
-    fn bezier(points: Vec<(f64, f64)>, weights: Vec<f64>) -> Self {
+    fn bezier(points: Vec<Mm2>, weights: Vec<f64>) -> Self {
         RawBezier { points, weights }.simplified()
     }
 
     /// The start point.
     #[must_use]
-    pub fn from(&self) -> (f64, f64) {
+    pub fn from(&self) -> Mm2 {
         match self {
             Self::Line { from, .. } | Self::Arc { from, .. } => *from,
             Self::Bezier(bezier) => bezier.points[0],
@@ -131,21 +132,21 @@ impl RawCurve {
 
     /// The end point.
     #[must_use]
-    pub fn to(&self) -> (f64, f64) {
+    pub fn to(&self) -> Mm2 {
         match self {
             Self::Line { to, .. } | Self::Arc { to, .. } => *to,
             Self::Bezier(bezier) => bezier.points[bezier.points.len() - 1],
         }
     }
 
-    fn set_from(&mut self, point: (f64, f64)) {
+    fn set_from(&mut self, point: Mm2) {
         match self {
             Self::Line { from, .. } | Self::Arc { from, .. } => *from = point,
             Self::Bezier(bezier) => bezier.points[0] = point,
         }
     }
 
-    fn set_to(&mut self, point: (f64, f64)) {
+    fn set_to(&mut self, point: Mm2) {
         match self {
             Self::Line { to, .. } | Self::Arc { to, .. } => *to = point,
             Self::Bezier(bezier) => {
@@ -157,15 +158,15 @@ impl RawCurve {
     }
 
     fn is_finite(&self) -> bool {
-        let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
         match self {
-            Self::Line { from, to } => finite(from) && finite(to),
+            Self::Line { from, to } => from.is_finite() && to.is_finite(),
             Self::Arc { arc, from, to } => {
-                [&arc.centre, from, to].into_iter().all(finite)
+                [arc.centre.into(), *from, *to].into_iter().all(Mm2::is_finite)
                     && [arc.radius, arc.start, arc.sweep].into_iter().all(f64::is_finite)
             }
             Self::Bezier(bezier) => {
-                bezier.points.iter().all(finite) && bezier.weights.iter().all(|w| w.is_finite() && *w > 0.0)
+                bezier.points.iter().all(|point| point.is_finite())
+                    && bezier.weights.iter().all(|w| w.is_finite() && *w > 0.0)
             }
         }
     }
@@ -205,13 +206,13 @@ pub struct Drawing {
 
 impl Drawing {
     /// Least and largest x and y of the curves' ends and control points, mm.
-    fn bounds(&self) -> ((f64, f64), (f64, f64)) {
+    fn bounds(&self) -> (Mm2, Mm2) {
         let points = self.curves.iter().flat_map(|curve| match curve {
             RawCurve::Bezier(bezier) => bezier.points.clone(),
             other => vec![other.from(), other.to()],
         });
-        points.fold(((f64::MAX, f64::MAX), (f64::MIN, f64::MIN)), |(low, high), p| {
-            ((low.0.min(p.0), low.1.min(p.1)), (high.0.max(p.0), high.1.max(p.1)))
+        points.fold((Mm2::new(f64::MAX, f64::MAX), Mm2::new(f64::MIN, f64::MIN)), |(low, high), p| {
+            (Mm2::new(low.x.min(p.x), low.y.min(p.y)), Mm2::new(high.x.max(p.x), high.y.max(p.y)))
         })
     }
 }
@@ -253,9 +254,9 @@ pub enum DrawingError {
         /// The coordinate.
         source: LatticeError,
         /// Least x and y of the drawing, mm.
-        low: (f64, f64),
+        low: Mm2,
         /// Largest x and y of the drawing, mm.
-        high: (f64, f64),
+        high: Mm2,
     },
     /// A selected layer has no visible curves.
     #[error("layer \"{asked}\" has no visible curves. Layers with curves: {}.", list(present))]
@@ -305,14 +306,14 @@ fn problems_text(problems: &[Problem]) -> String {
 }
 
 /// The remedy for a drawing that leaves the lattice. A drawing that is small enough can be moved.
-fn remedy(low: (f64, f64), high: (f64, f64)) -> String {
+fn remedy(low: Mm2, high: Mm2) -> String {
     const ROOM_MM: f64 = 5300.0;
-    let (width, height) = (high.0 - low.0, high.1 - low.1);
-    if low.0.min(low.1) > -ROOM_MM && high.0.max(high.1) < ROOM_MM {
+    let (width, height) = (high.x - low.x, high.y - low.y);
+    if low.x.min(low.y) > -ROOM_MM && high.x.max(high.y) < ROOM_MM {
         "One of its arcs or curves reaches that far: repair it in the CAD system, or leave out its layer."
             .into()
     } else if width.max(height) < ROOM_MM {
-        let (x, y) = ((-low.0).floor(), (-low.1).floor());
+        let (x, y) = ((-low.x).floor(), (-low.y).floor());
         format!(
             "The drawing lies far from its origin: move it with --offset-mm {x:.0},{y:.0}, or check its \
              units (--units)."

@@ -8,6 +8,7 @@ use keepout_kernel::curve::half_circle_parts;
 
 use super::RawCurve;
 use super::entity::{Insert, Vec3};
+use crate::Mm2;
 
 /// An affine map, stored as the images of the three axes and of the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +31,7 @@ impl Placement {
 
     /// This map, followed by a rotation about z and an offset: from the drawing to the machine.
     #[must_use]
-    pub fn placed(self, degrees: f64, (x, y): (f64, f64)) -> Self {
+    pub fn placed(self, degrees: f64, Mm2 { x, y }: Mm2) -> Self {
         let turn = Self { axes: turned(degrees), origin: [x, y, 0.0] };
         turn.of(self)
     }
@@ -54,14 +55,14 @@ impl Placement {
 
     /// The image of a point, projected onto the xy plane.
     #[must_use]
-    pub fn seen(&self, p: Vec3) -> (f64, f64) {
+    pub fn seen(&self, p: Vec3) -> Mm2 {
         let [x, y, _] = self.point(p);
-        (x, y)
+        Mm2::new(x, y)
     }
 
-    fn seen_vector(&self, v: Vec3) -> (f64, f64) {
+    fn seen_vector(&self, v: Vec3) -> Mm2 {
         let [x, y, _] = self.vector(v);
-        (x, y)
+        Mm2::new(x, y)
     }
 
     /// The map from the plane with this normal, by the arbitrary axis algorithm of the DXF reference.
@@ -94,17 +95,17 @@ impl Placement {
     /// The result is a circular arc if the image is one, and lines if the arc's plane is vertical.
     pub fn arc(&self, centre: Vec3, (a, b): (Vec3, Vec3), start: f64, sweep: f64, out: &mut Vec<RawCurve>) {
         let (c, a, b) = (self.seen(centre), self.seen_vector(a), self.seen_vector(b));
-        let at = |t: f64| (c.0 + a.0 * t.cos() + b.0 * t.sin(), c.1 + a.1 * t.cos() + b.1 * t.sin());
+        let at = |t: f64| c + a * t.cos() + b * t.sin();
         let whole = sweep.abs() >= TAU;
         let from = at(start);
         let to = if whole { from } else { at(start + sweep) };
-        let (la, lb) = (a.0.hypot(a.1), b.0.hypot(b.1));
+        let (la, lb) = (a.length(), b.length());
         let larger = la.max(lb);
-        let det = a.0 * b.1 - a.1 * b.0;
-        if (la - lb).abs() <= ROUND * larger && (a.0 * b.0 + a.1 * b.1).abs() <= ROUND * larger * larger {
+        let det = a.cross(b);
+        if (la - lb).abs() <= ROUND * larger && a.dot(b).abs() <= ROUND * larger * larger {
             let sign = if det < 0.0 { -1.0 } else { 1.0 };
-            let start = a.1.atan2(a.0) + sign * start;
-            let arc = ArcView { centre: c, radius: la, start, sweep: sign * sweep };
+            let start = a.y.atan2(a.x) + sign * start;
+            let arc = ArcView { centre: c.into(), radius: la, start, sweep: sign * sweep };
             out.push(RawCurve::Arc { arc, from, to });
         } else if det.abs() <= ROUND * larger * larger {
             // The plane is vertical: the image runs there and back along a line.
@@ -126,8 +127,8 @@ impl Placement {
 /// The middle control point is the intersection of the end tangents. Its weight is the cosine of half the
 /// piece's angle (Piegl & Tiller, The NURBS Book, §7.3).
 pub(super) fn elliptic_beziers(
-    at: &dyn Fn(f64) -> (f64, f64),
-    centre: (f64, f64),
+    at: &dyn Fn(f64) -> Mm2,
+    centre: Mm2,
     (start, sweep): (f64, f64),
     longest: f64,
     out: &mut Vec<RawCurve>,
@@ -142,9 +143,7 @@ pub(super) fn elliptic_beziers(
         let t = start + step * k;
         let last = k + 1.0 >= parts;
         let to = if last && whole { first } else { at(t + step) };
-        let middle = at(t + step / 2.0);
-        let corner = |m: f64, c: f64| c + (m - c) / weight;
-        let middle = (corner(middle.0, centre.0), corner(middle.1, centre.1));
+        let middle = centre + (at(t + step / 2.0) - centre) / weight;
         out.push(RawCurve::bezier(vec![from, middle, to], vec![1.0, weight, 1.0]));
         from = to;
         k += 1.0;
@@ -157,11 +156,11 @@ pub fn bulge(placement: &Placement, from: Vec3, to: Vec3, bulge: f64, out: &mut 
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let chord = dx.hypot(dy);
     let seen = (placement.seen(from), placement.seen(to));
-    let size = (seen.1.0 - seen.0.0).hypot(seen.1.1 - seen.0.1);
+    let size = (seen.1.x - seen.0.x).hypot(seen.1.y - seen.0.y);
     // Distance of the projected arc's middle from its chord: uneven scales can stretch it more than the
     // chord.
     let height = placement.seen_vector([-dy * bulge / 2.0, dx * bulge / 2.0, 0.0]);
-    let bend = (bulge.abs() * size / 2.0).max(height.0.hypot(height.1));
+    let bend = (bulge.abs() * size / 2.0).max(height.x.hypot(height.y));
     if bulge == 0.0 || chord == 0.0 || bend < FLAT_MM {
         if seen.0 != seen.1 {
             out.push(RawCurve::Line { from: seen.0, to: seen.1 });
@@ -256,19 +255,19 @@ mod tests {
         let mut out = Vec::new();
         bulge(&narrow, [0.0; 3], [1.0, 0.0, 0.0], 1e-3, &mut out);
         let [RawCurve::Bezier(one), ..] = &out[..] else { panic!("half a millimetre high: {out:?}") };
-        let highest = [0.2, 0.5, 0.8, 1.0].map(|t| one.at(t).1.abs()).into_iter().fold(0.0, f64::max);
+        let highest = [0.2, 0.5, 0.8, 1.0].map(|t| one.at(t).y.abs()).into_iter().fold(0.0, f64::max);
         assert!((highest - 0.5).abs() < 1e-3, "{highest}");
     }
 
     #[test]
     fn downward_normal_mirrors_in_x() {
         let placement = FLAT.in_plane([0.0, 0.0, -1.0]);
-        assert_eq!(placement.seen([3.0, 2.0, 0.0]), (-3.0, 2.0));
+        assert_eq!(placement.seen([3.0, 2.0, 0.0]), Mm2::new(-3.0, 2.0));
         let mut out = Vec::new();
         placement.arc([5.0, 0.0, 0.0], ([2.0, 0.0, 0.0], [0.0, 2.0, 0.0]), 0.0, PI / 2.0, &mut out);
         let RawCurve::Arc { arc, from, to } = out[0] else { panic!("an arc") };
         assert_eq!(arc.centre, (-5.0, 0.0));
-        assert!((from.0 + 7.0).abs() < 1e-12 && (to.1 - 2.0).abs() < 1e-12 && arc.sweep < 0.0);
+        assert!((from.x + 7.0).abs() < 1e-12 && (to.y - 2.0).abs() < 1e-12 && arc.sweep < 0.0);
     }
 
     #[test]
@@ -281,7 +280,7 @@ mod tests {
         for curve in &out {
             let RawCurve::Bezier(bezier) = curve else { panic!("{curve:?}") };
             for t in [0.0, 0.2, 0.5, 0.9, 1.0] {
-                let (x, y) = bezier.at(t);
+                let Mm2 { x, y } = bezier.at(t);
                 // Back through the map onto the circle of radius 3.
                 let v = y - 2.0;
                 let u = (x - 1.0 - 0.5 * v) / 2.0;

@@ -3,6 +3,7 @@
 use super::entity::Spline;
 use super::placement::Placement;
 use super::{RawBezier, RawCurve};
+use crate::Mm2;
 
 /// Highest degree of a spline.
 pub const DEGREE_MAX: usize = 15;
@@ -45,11 +46,11 @@ pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -
         .iter()
         .zip(&weights)
         .map(|(&p, &w)| {
-            let (x, y) = placement.seen(p);
+            let Mm2 { x, y } = placement.seen(p);
             [x * w, y * w, w]
         })
         .collect();
-    let mut last: Option<(f64, f64)> = None;
+    let mut last: Option<Mm2> = None;
     for span in degree..count {
         let (a, b) = (knots[span], knots[span + 1]);
         if a >= b {
@@ -57,12 +58,11 @@ pub fn pieces(spline: &Spline, placement: &Placement, out: &mut Vec<RawCurve>) -
         }
         let mut piece = piece_over(&control, &knots, degree, span);
         // Each piece begins exactly at the end of the previous one.
-        if let Some((x, y)) = last {
-            let (u, v) = piece.points[0];
-            if (u - x).hypot(v - y) > ROUNDING_MM {
+        if let Some(last) = last {
+            if piece.points[0].distance(last) > ROUNDING_MM {
                 return Err("it jumps at one of its inner knots");
             }
-            piece.points[0] = (x, y);
+            piece.points[0] = last;
         }
         last = piece.points.last().copied();
         out.push(piece.simplified());
@@ -125,7 +125,7 @@ fn piece_over(control: &[Homogeneous], knots: &[f64], degree: usize, span: usize
     let points = (0..=degree).map(blossom);
     let (mut at, mut weights) = (Vec::with_capacity(degree + 1), Vec::with_capacity(degree + 1));
     for [x, y, w] in points {
-        at.push((x / w, y / w));
+        at.push(Mm2::new(x / w, y / w));
         weights.push(w);
     }
     RawBezier { points: at, weights }
@@ -136,7 +136,7 @@ fn close_up(spline: &Spline, out: &mut [RawCurve]) {
     let Some(begin) = out.first().map(RawCurve::from) else { return };
     let Some(last) = out.last_mut() else { return };
     let end = last.to();
-    if spline.closed && (end.0 - begin.0).hypot(end.1 - begin.1) < ROUNDING_MM {
+    if spline.closed && (end.x - begin.x).hypot(end.y - begin.y) < ROUNDING_MM {
         last.set_to(begin);
     }
 }
@@ -151,16 +151,18 @@ mod tests {
         out
     }
 
-    fn at(curve: &RawCurve, t: f64) -> (f64, f64) {
+    fn at(curve: &RawCurve, t: f64) -> Mm2 {
         match curve {
             RawCurve::Bezier(bezier) => bezier.at(t),
-            RawCurve::Line { from, to } => (from.0 + (to.0 - from.0) * t, from.1 + (to.1 - from.1) * t),
+            RawCurve::Line { from, to } => {
+                Mm2::new(from.x + (to.x - from.x) * t, from.y + (to.y - from.y) * t)
+            }
             RawCurve::Arc { .. } => panic!("no arcs here"),
         }
     }
 
     /// The point of the spline by the definition of the basis functions: the oracle.
-    fn de_boor(spline: &Spline, u: f64) -> (f64, f64) {
+    fn de_boor(spline: &Spline, u: f64) -> Mm2 {
         let p = usize::try_from(spline.degree).unwrap();
         let basis = |i: usize, u: f64| basis(&spline.knots, i, p, u);
         let weight = |i: usize| spline.weights.get(i).copied().unwrap_or(1.0);
@@ -169,7 +171,7 @@ mod tests {
             let n = basis(i, u) * weight(i);
             sum = [sum[0] + n * c[0], sum[1] + n * c[1], sum[2] + n];
         }
-        (sum[0] / sum[2], sum[1] / sum[2])
+        Mm2::new(sum[0] / sum[2], sum[1] / sum[2])
     }
 
     fn basis(knots: &[f64], i: usize, p: usize, u: f64) -> f64 {
@@ -214,8 +216,8 @@ mod tests {
             assert_eq!(found.len(), spans.len());
             for (curve, (a, b)) in found.iter().zip(spans) {
                 for t in [0.0, 0.25, 0.5, 0.999] {
-                    let (x, y) = at(curve, t);
-                    let (u, v) = de_boor(&spline, a + (b - a) * t);
+                    let Mm2 { x, y } = at(curve, t);
+                    let Mm2 { x: u, y: v } = de_boor(&spline, a + (b - a) * t);
                     assert!((x - u).hypot(y - v) < 1e-9, "degree {degree} at {t}: {x} {y}, {u} {v}");
                 }
             }

@@ -8,6 +8,7 @@ use keepout_kernel::{Curve, FreePoint, Point, Segment, UNITS_PER_MM};
 use super::progress::RemainingContour;
 use super::track::{Entry, Joint, Track, length_mm};
 use super::{Leg, LoopNumber};
+use crate::Mm2;
 use crate::plan::CertifiedPlan;
 use crate::route::route;
 use crate::units::{mm, point_mm};
@@ -214,7 +215,7 @@ impl Cutter<'_> {
 
 /// Centre of a quarter circle that touches the track on the tool's side, lattice units.
 fn centre(at: &Joint, radius_mm: f64) -> Option<(f64, f64)> {
-    let (x, y) = point_mm(at.entry.aside(0.0, radius_mm)?);
+    let Mm2 { x, y } = point_mm(at.entry.aside(0.0, radius_mm)?);
     Some((x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM)))
 }
 

@@ -197,10 +197,9 @@ fn place_of(curve: &Curve, at: Point) -> Option<(f64, Point)> {
 
 /// Share of a curve's length at which it is nearest to `at`, and the distance there, mm.
 pub(super) fn nearest_share(curve: &Curve, at: Point) -> (f64, f64) {
-    let (x, y) = point_mm(at);
-    let share = share_nearest(curve, (x, y));
-    let on = along_mm(curve, share).0;
-    (share, (on.0 - x).hypot(on.1 - y))
+    let at = point_mm(at);
+    let share = share_nearest(curve, at);
+    (share, along_mm(curve, share).0.distance(at))
 }
 
 /// Remaining contour of a loop: from `cut_mm` beyond its entry, once around, to the entry.
@@ -290,6 +289,7 @@ fn candidates(
 
 #[cfg(test)]
 mod tests {
+    use crate::Mm2;
     use keepout_kernel::Segment;
 
     use super::*;
@@ -299,7 +299,7 @@ mod tests {
     const NUMBER: LoopNumber = LoopNumber { pass: 0, index: 0 };
 
     fn at(x_mm: f64, y_mm: f64) -> Point {
-        point_from_mm((x_mm, y_mm)).unwrap()
+        point_from_mm(Mm2::new(x_mm, y_mm)).unwrap()
     }
 
     /// A slot of 10 mm: two walls in opposite directions, 2 µm apart.

@@ -3,9 +3,10 @@
 use keepout_kernel::curve::xy;
 use keepout_kernel::{Curve, Point, Segment, Turn, UNITS_PER_MM};
 
+use crate::Mm2;
 use crate::finish::FinishingLoop;
 use crate::plan::Cut;
-use crate::units::{along_mm, arc_mm, nearest_on_mm, point_from_mm, point_mm};
+use crate::units::{along_mm, arc_mm, point_from_mm, point_mm};
 
 /// Least length that is split off a curve, lattice units (10 µm).
 const SHORT: i32 = 1000;
@@ -28,28 +29,25 @@ pub(super) struct Entry {
     /// Number of the curve.
     index: usize,
     /// The place, mm.
-    pub at: (f64, f64),
+    pub at: Mm2,
     /// Position along the track, mm.
     pub along_mm: f64,
     /// Unit vector away from the part.
-    outward: (f64, f64),
+    outward: Mm2,
     /// Unit vector of travel.
-    travel: (f64, f64),
+    travel: Mm2,
 }
 
 impl Entry {
     /// The lattice point that is `along_mm` farther in the direction of travel and `out_mm` farther from
     /// the part.
     pub fn aside(&self, along_mm: f64, out_mm: f64) -> Option<Point> {
-        let ((nx, ny), (dx, dy)) = (self.outward, self.travel);
-        let (x, y) = (self.at.0 + dx * along_mm + nx * out_mm, self.at.1 + dy * along_mm + ny * out_mm);
-        point_from_mm((x, y)).ok()
+        point_from_mm(self.at + self.travel * along_mm + self.outward * out_mm).ok()
     }
 
     /// Its distance from a point, mm.
     pub fn distance_mm(&self, point: Point) -> f64 {
-        let (x, y) = point_mm(point);
-        (self.at.0 - x).hypot(self.at.1 - y)
+        self.at.distance(point_mm(point))
     }
 }
 
@@ -101,13 +99,13 @@ impl Track {
 
     fn on(&self, index: usize, share: f64) -> Entry {
         let curve = &self.curves[index];
-        let (at, (dx, dy)) = along_mm(curve, share);
+        let (at, travel) = along_mm(curve, share);
         let outward = match self.cut {
-            Cut::Conventional => (dy, -dx),
-            Cut::Climb => (-dy, dx),
+            Cut::Conventional => -travel.left(),
+            Cut::Climb => travel.left(),
         };
         let along_mm = self.starts_mm[index] + share * length_mm(curve);
-        Entry { index, at, along_mm, outward, travel: (dx, dy) }
+        Entry { index, at, along_mm, outward, travel }
     }
 
     /// The place of each curve that is nearest to `point`, with its distance in mm.
@@ -196,14 +194,13 @@ pub(super) fn length_mm(curve: &Curve) -> f64 {
 }
 
 /// Share of the curve's length at which it is nearest to `p` (mm).
-pub(super) fn share_nearest(curve: &Curve, p: (f64, f64)) -> f64 {
+pub(super) fn share_nearest(curve: &Curve, p: Mm2) -> f64 {
     let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
-    let far = |p: (f64, f64), q: (f64, f64)| (q.0 - p.0).hypot(q.1 - p.1);
     match curve {
-        Curve::Line(_) => far(a, nearest_on_mm(p, a, b)) / far(a, b).max(f64::MIN_POSITIVE),
+        Curve::Line(_) => a.distance(p.nearest_on(a, b)) / a.distance(b).max(f64::MIN_POSITIVE),
         Curve::Arc(arc) => {
-            let nearer_end = || if far(a, p) <= far(b, p) { 0.0 } else { 1.0 };
-            arc_mm(arc).share_beside(p).unwrap_or_else(nearer_end)
+            let nearer_end = || if a.distance(p) <= b.distance(p) { 0.0 } else { 1.0 };
+            arc_mm(arc).share_beside(p.into()).unwrap_or_else(nearer_end)
         }
     }
 }

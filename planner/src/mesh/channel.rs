@@ -212,7 +212,16 @@ pub(super) fn distance(a: Xy, b: Xy) -> f64 {
     (b.0 - a.0).hypot(b.1 - a.1)
 }
 
+/// The point of the segment `a b` that is nearest to `p`.
+pub(crate) fn nearest_on(p: Xy, a: Xy, b: Xy) -> Xy {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let length_2 = dx * dx + dy * dy;
+    let t =
+        if length_2 > 0.0 { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_2).clamp(0.0, 1.0) } else { 0.0 };
+    (a.0 + dx * t, a.1 + dy * t)
+}
+
 fn to_segment_2(p: Xy, a: Xy, b: Xy) -> f64 {
-    let foot = crate::units::nearest_on_mm(p, a, b);
+    let foot = nearest_on(p, a, b);
     (p.0 - foot.0) * (p.0 - foot.0) + (p.1 - foot.1) * (p.1 - foot.1)
 }

@@ -2,6 +2,7 @@
 
 use super::element::{Lines, circle, path, text};
 use super::view::{Entry, Mark, View, outlines, page, path_of};
+use crate::Mm2;
 use crate::drawing::Chained;
 use crate::inspect::{Inspection, Note, union};
 use crate::units::point_mm;
@@ -54,10 +55,10 @@ pub fn inspection_svg(found: &Inspection, chained: &Chained, title: &str) -> Str
 
 fn view_of(found: &Inspection, chained: &Chained) -> View {
     let ends = chained.open.iter().flat_map(|open| &open.curves).flat_map(|curve| [curve.from(), curve.to()]);
-    let ends = ends.map(point_mm).map(|(x, y)| [x, y, x, y]);
+    let ends = ends.map(point_mm).map(|Mm2 { x, y }| [x, y, x, y]);
     let [x0, y0, x1, y1] = ends.chain(found.box_mm).reduce(union).unwrap_or([0.0, 0.0, 1.0, 1.0]);
     let room = 0.04 * (x1 - x0).max(y1 - y0).max(1.0);
-    View::of((x0 - room, y0 - room), (x1 + room, y1 + room))
+    View::of(Mm2::new(x0 - room, y0 - room), Mm2::new(x1 + room, y1 + room))
 }
 
 fn marks(out: &mut Lines, notes: &[Note], colour: &str, view: &View) {

@@ -4,6 +4,7 @@ use keepout_kernel::{Curve, Side, UNITS_PER_MM};
 
 use super::element::{Element, Lines, circle, path, points, polyline, text};
 use super::view::{Entry, Mark, PAD, View, WIDTH, outlines, page, path_of};
+use crate::Mm2;
 use crate::finish::centre_distance;
 use crate::job::{ContourJob, preview};
 use crate::plan::CertifiedPlan;
@@ -15,7 +16,7 @@ pub struct Trace {
     /// State of the machine in this series.
     pub kind: TraceKind,
     /// The positions, mm.
-    pub points_mm: Vec<(f64, f64)>,
+    pub points_mm: Vec<Mm2>,
 }
 
 /// Kind of a trace.
@@ -33,7 +34,7 @@ pub struct Spot {
     /// Event at the place.
     pub kind: SpotKind,
     /// Position of the tool's centre, mm.
-    pub at_mm: (f64, f64),
+    pub at_mm: Mm2,
 }
 
 /// Kind of a marked place.
@@ -97,16 +98,16 @@ pub fn svg_of_run(plan: &CertifiedPlan, title: &str, traces: &[Trace], spots: &[
 fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
     let (low, high) = plan.part_box();
     let room = 2.0 * mm(plan.roughing.units()) + 2.0;
-    let ((mut x0, mut y0), (mut x1, mut y1)) = (point_mm(low), point_mm(high));
+    let (Mm2 { x: mut x0, y: mut y0 }, Mm2 { x: mut x1, y: mut y1 }) = (point_mm(low), point_mm(high));
     (x0, y0, x1, y1) = (x0 - room, y0 - room, x1 + room, y1 + room);
     // A run may use the whole table. The picture shows it up to half the part's size around the part.
     let reach = ((x1 - x0).max(y1 - y0)) / 2.0;
     let limits = (x0 - reach, y0 - reach, x1 + reach, y1 + reach);
-    for &(x, y) in traces.iter().flat_map(|trace| &trace.points_mm) {
+    for &Mm2 { x, y } in traces.iter().flat_map(|trace| &trace.points_mm) {
         (x0, x1) = (x0.min(x.max(limits.0)), x1.max(x.min(limits.2)));
         (y0, y1) = (y0.min(y.max(limits.1)), y1.max(y.min(limits.3)));
     }
-    View::of((x0, y0), (x1, y1))
+    View::of(Mm2::new(x0, y0), Mm2::new(x1, y1))
 }
 
 /// Draws the part and the keep-out zones, with their clearances.
@@ -189,8 +190,8 @@ fn draw_job(out: &mut Lines, job: &ContourJob, view: &View) {
 }
 
 /// Draws an arrow head in a direction of the drawing, with the number of the cut beside it.
-fn arrow(out: &mut Lines, (x, y): (f64, f64), (dx, dy): (f64, f64), number: u32) {
-    let (ux, uy) = (dx, -dy);
+fn arrow(out: &mut Lines, (x, y): (f64, f64), direction: Mm2, number: u32) {
+    let (ux, uy) = (direction.x, -direction.y);
     let head = path(format_args!(
         "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z",
         x + 7.0 * ux,
@@ -213,7 +214,7 @@ fn draw_trace(out: &mut Lines, trace: &Trace, view: &View) {
     out.draw(&[polyline(&positions).outline(colour, width).set("stroke-linejoin", "round")]);
 }
 
-fn draw_tool(out: &mut Lines, at: (f64, f64), radius_mm: f64, view: &View) {
+fn draw_tool(out: &mut Lines, at: Mm2, radius_mm: f64, view: &View) {
     let (centre, r) = (view.xy(at), radius_mm * view.scale);
     let tool = circle(centre, 2, format_args!("{r:.2}")).fill(TOOL).set("fill-opacity", 0.15);
     out.draw(&[tool.stroke(TOOL, 1.5), circle(centre, 2, 2).fill(TOOL)]);

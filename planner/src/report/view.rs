@@ -6,6 +6,7 @@ use keepout_kernel::{Curve, Turn};
 
 use super::chart::round_steps;
 use super::element::{Element, Lines, background, document, path, text};
+use crate::Mm2;
 use crate::profile::ProfileLoop;
 use crate::units::point_mm;
 
@@ -23,14 +24,14 @@ pub(super) struct View {
 
 impl View {
     /// View of a box, mm, as large as the page allows.
-    pub fn of((x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> Self {
+    pub fn of(Mm2 { x: x0, y: y0 }: Mm2, Mm2 { x: x1, y: y1 }: Mm2) -> Self {
         let (w, h) = ((x1 - x0).max(1e-3), (y1 - y0).max(1e-3));
         let scale = ((WIDTH - 2.0 * PAD) / w).min(900.0 / h);
         let spare = (WIDTH - 2.0 * PAD) / scale - w;
         Self { left: x0 - spare / 2.0, top: y1, scale, height: h * scale }
     }
 
-    pub fn xy(&self, (x, y): (f64, f64)) -> (f64, f64) {
+    pub fn xy(&self, Mm2 { x, y }: Mm2) -> (f64, f64) {
         ((x - self.left) * self.scale + PAD, (self.top - y) * self.scale + PAD)
     }
 }

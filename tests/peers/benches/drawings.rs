@@ -16,6 +16,7 @@ use i_overlay::mesh::float::outline::offset::OutlineOffset;
 use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
 use keepout_kernel::curve::sweep;
 use keepout_kernel::{Curve, Length, Turn};
+use keepout_planner::Mm2;
 use keepout_planner::drawing::{EntityFilter, import};
 use keepout_planner::finish::{centre_distance, propose};
 use keepout_planner::machine::MachineProfile;
@@ -307,7 +308,7 @@ fn plines(profile: &Profile, part: &keepout_kernel::ProhibitedRegion) -> Vec<Pol
             outline.curves.clone()
         };
         for curve in &curves {
-            let (x, y) = point_mm(curve.from());
+            let Mm2 { x, y } = point_mm(curve.from());
             let bulge = match curve {
                 Curve::Line(_) => 0.0,
                 Curve::Arc(arc) => {
@@ -336,7 +337,7 @@ fn contours(profile: &Profile, part: &keepout_kernel::ProhibitedRegion) -> Vec<V
             .iter()
             .flat_map(corners)
             .map(|point| {
-                let (x, y) = point_mm(point);
+                let Mm2 { x, y } = point_mm(point);
                 [x, y]
             })
             .collect();

@@ -19,6 +19,7 @@ use keepout_executor::session::{
 };
 use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
@@ -47,7 +48,7 @@ struct Arguments {
 }
 
 /// A time, s, and the true position at it, mm.
-type Place = (f64, (f64, f64));
+type Place = (f64, Mm2);
 
 /// The figures of a run along a contour.
 #[derive(Clone, Copy, Debug, Default)]
@@ -70,11 +71,11 @@ fn measure(places: &[Place], feed_mm_min: u32) -> Measured {
     let (mut before, mut due) = (*first, first.0 + BIN_S);
     for pair in places.windows(2) {
         let ((t0, a), (t1, b)) = (pair[0], pair[1]);
-        measured.length_mm += (b.0 - a.0).hypot(b.1 - a.1);
+        measured.length_mm += a.distance(b);
         while t1 >= due && t1 > t0 {
             let share = (due - t0) / (t1 - t0);
-            let at = (a.0 + (b.0 - a.0) * share, a.1 + (b.1 - a.1) * share);
-            speeds.push((at.0 - before.1.0).hypot(at.1 - before.1.1) / BIN_S);
+            let at = a + (b - a) * share;
+            speeds.push(before.1.distance(at) / BIN_S);
             (before, due) = ((due, at), due + BIN_S);
         }
     }
@@ -124,7 +125,7 @@ struct Case<'a> {
 }
 
 /// The product's contour: its figures, its lines, and its first position in machine coordinates, mm.
-type Cut = (Measured, Vec<String>, (f64, f64));
+type Cut = (Measured, Vec<String>, Mm2);
 
 /// A machine with travel for every drawing.
 fn machine() -> MachineProfile {
@@ -172,13 +173,13 @@ impl Case<'_> {
             .filter(|sample| sample.kind == SampleKind::Run)
             .map(|sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm))
             .collect();
-        let at = (mm(first.x.units() + offset.dx), mm(first.y.units() + offset.dy));
+        let at = Mm2::new(mm(first.x.units() + offset.dx), mm(first.y.units() + offset.dy));
         let lines = lines.0.borrow().clone();
         Ok((measure(&places, self.feed_mm_min), lines, at))
     }
 
     /// Streams the same lines from a sender with character counting.
-    fn streamed(&self, lines: &[String], start_mm: (f64, f64)) -> Measured {
+    fn streamed(&self, lines: &[String], start_mm: Mm2) -> Measured {
         let settings = SimSettings::of(machine(), start_mm);
         let buffer = if self.language == DialectName::Grbl { 127 } else { 1023 };
         let controller = speaking(&self.language, settings);

@@ -10,6 +10,7 @@ use std::time::Instant;
 use clap::Parser;
 use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::units::point_mm;
 use keepout_tests::decisions::{Cause, Decisions};
 use keepout_tests::hostile::{Hostile, Style};
@@ -176,7 +177,7 @@ fn time_decisions(
                         taken.push(Taken { ns, cause, phase });
                     }
                 });
-                if let Some((x, y)) = run.supervisor().position().map(point_mm) {
+                if let Some(Mm2 { x, y }) = run.supervisor().position().map(point_mm) {
                     if let Some((x0, y0)) = at {
                         travelled.way_mm += f64::hypot(x - x0, y - y0);
                     }

@@ -12,7 +12,8 @@ use std::time::Duration;
 
 use hand::{Away, Follow, Hand, Pushes};
 use keepout_executor::dialect::DialectName;
-use scene::{BAR_END_MM, START_MM, Scene, turned};
+use keepout_planner::Mm2;
+use scene::{BAR_END_MM, START_MM, Scene};
 pub use scene::{MachineTable, ReleasePlace, WallShape};
 pub use trace::median_and_p99;
 
@@ -57,8 +58,8 @@ pub fn straight(table: &MachineTable, wall: f64, angle: f64, delay_ms: u64) -> R
     let start = shape.start_mm(scene.limit_mm() + gap_mm);
     let commanded = table.speed_mm_s() * cos;
     let hand = Away {
-        velocity: turned((cos, -sin), wall),
-        beyond: (turned((1.0, 0.0), wall), -START_MM),
+        velocity: Mm2::new(cos, -sin).turned(wall.to_radians()),
+        beyond: (Mm2::unit(wall.to_radians()), -START_MM),
         within_s: 30.0 + 100.0 / table.speed_mm_s(),
     };
     let trace = scene.trace(start, Hand::Away(hand))?;
@@ -66,7 +67,7 @@ pub fn straight(table: &MachineTable, wall: f64, angle: f64, delay_ms: u64) -> R
     let accelerated = arrived + commanded / table.acceleration_mm_s2 + 0.1;
     let settled = trace.first_speed_after(arrived, 0.95 * commanded).unwrap_or(accelerated).min(accelerated);
     let end_mm = BAR_END_MM - commanded * commanded / (2.0 * table.acceleration_mm_s2) - 0.4 * commanded;
-    let end = trace.first(|at| turned(at, -wall).0 > end_mm.min(-START_MM));
+    let end = trace.first(|at| at.turned(-wall.to_radians()).x > end_mm.min(-START_MM));
     Ok(trace.slide(&scene, (arrived, settled, end), commanded, |speed, _| speed))
 }
 
@@ -93,12 +94,12 @@ pub fn curved(table: &MachineTable, shape: WallShape, delay_ms: u64) -> Result<S
 pub fn corner(table: &MachineTable, delay_ms: u64) -> Result<f64, String> {
     let shape = WallShape::Bar(0.0);
     let scene = Scene::of(table, shape, DialectName::Grbl, delay_ms)?;
-    let (_, y) = shape.start_mm(scene.limit_mm() + 0.5);
+    let Mm2 { y, .. } = shape.start_mm(scene.limit_mm() + 0.5);
     let part = std::f64::consts::FRAC_1_SQRT_2;
-    let hand = Away { velocity: (part, -part), beyond: ((0.0, -1.0), 0.0), within_s: 60.0 };
-    let trace = scene.trace((BAR_END_MM - 60.0, y), Hand::Away(hand))?;
-    let before = trace.first(|at| at.0 > BAR_END_MM - 30.0).ok_or("the tool did not slide")?;
-    let past = trace.first(|at| at.1 < 0.0).ok_or("the tool did not pass the corner")?;
+    let hand = Away { velocity: Mm2::new(part, -part), beyond: (Mm2::new(0.0, -1.0), 0.0), within_s: 60.0 };
+    let trace = scene.trace(Mm2::new(BAR_END_MM - 60.0, y), Hand::Away(hand))?;
+    let before = trace.first(|at| at.x > BAR_END_MM - 30.0).ok_or("the tool did not slide")?;
+    let past = trace.first(|at| at.y < 0.0).ok_or("the tool did not pass the corner")?;
     Ok(past - before)
 }
 
@@ -110,7 +111,7 @@ pub fn corner(table: &MachineTable, delay_ms: u64) -> Result<f64, String> {
 pub fn first_steps(table: &MachineTable, delay_ms: u64, count: usize) -> Result<Vec<f64>, String> {
     let scene = Scene::of(table, WallShape::Bar(0.0), DialectName::Grbl, delay_ms)?;
     let hand = Pushes::new(count, 0.6 + 4.0 * Duration::from_millis(delay_ms).as_secs_f64());
-    let (trace, pushed) = scene.trace_of_pushes((0.0, 60.0), hand)?;
+    let (trace, pushed) = scene.trace_of_pushes(Mm2::new(0.0, 60.0), hand)?;
     let mut waited: Vec<f64> =
         pushed.iter().filter_map(|&at| trace.first_step_after(at, table.acceleration_mm_s2)).collect();
     waited.sort_by(f64::total_cmp);
@@ -141,8 +142,8 @@ pub fn release(
     let scene = Scene::of(table, shape, language, delay_ms)?;
     let part = std::f64::consts::FRAC_1_SQRT_2;
     let (gap_mm, direction) = match wall {
-        ReleasePlace::Sliding => (2.0, (part, -part)),
-        ReleasePlace::Far => (30.0, (part, part)),
+        ReleasePlace::Sliding => (2.0, Mm2::new(part, -part)),
+        ReleasePlace::Far => (30.0, Mm2::new(part, part)),
     };
     let start = shape.start_mm(scene.limit_mm() + gap_mm);
     let held_s = (table.speed_mm_s() / table.acceleration_mm_s2 + 0.5).min(70.0 / table.speed_mm_s() + 0.5);

@@ -5,6 +5,7 @@ use std::time::Duration;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::{Going, NoEventLog, nearest_wall};
 use keepout_executor::supervisor::PreparedPlan;
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{mm, point_from_mm};
@@ -21,12 +22,6 @@ pub(super) const BAR_END_MM: f64 = 130.0;
 pub(super) const START_MM: f64 = -110.0;
 /// Jogging clearance of the default tool, about, mm.
 const TOOL_MM: f64 = 3.2;
-
-/// A vector turned by an angle in degrees.
-pub(super) fn turned((x, y): (f64, f64), degrees: f64) -> (f64, f64) {
-    let (sin, cos) = degrees.to_radians().sin_cos();
-    (x * cos - y * sin, x * sin + y * cos)
-}
 
 /// A machine table of 300 mm × 300 mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,21 +99,21 @@ impl WallShape {
     ];
 
     /// A place at this height above the wall.
-    pub(super) fn start_mm(self, height_mm: f64) -> (f64, f64) {
+    pub(super) fn start_mm(self, height_mm: f64) -> Mm2 {
         match self {
-            Self::Bar(angle) => turned((START_MM, BAR_MM / 2.0 + height_mm), angle),
-            Self::Convex(r) => (0.0, r - TOOL_MM + height_mm),
-            Self::Ellipse(_, b) => (0.0, b + height_mm),
-            Self::Concave(r) => (0.0, r + TOOL_MM - height_mm),
-            Self::EllipticHole(_, b) => (0.0, b - height_mm),
+            Self::Bar(angle) => Mm2::new(START_MM, BAR_MM / 2.0 + height_mm).turned(angle.to_radians()),
+            Self::Convex(r) => Mm2::new(0.0, r - TOOL_MM + height_mm),
+            Self::Ellipse(_, b) => Mm2::new(0.0, b + height_mm),
+            Self::Concave(r) => Mm2::new(0.0, r + TOOL_MM - height_mm),
+            Self::EllipticHole(_, b) => Mm2::new(0.0, b - height_mm),
         }
     }
 
     fn drawing(self) -> String {
-        let rectangle = |half: (f64, f64), angle: f64| {
-            let corners = [(-half.0, -half.1), (half.0, -half.1), half, (-half.0, half.1)];
-            let corner = |at| {
-                let (x, y) = turned(at, angle);
+        let rectangle = |half: Mm2, angle: f64| {
+            let corners = [-half, Mm2::new(half.x, -half.y), half, Mm2::new(-half.x, half.y)];
+            let corner = |at: Mm2| {
+                let Mm2 { x, y } = at.turned(angle.to_radians());
                 format!("10\n{x}\n20\n{y}\n")
             };
             format!("0\nLWPOLYLINE\n8\n0\n90\n4\n70\n1\n{}", corners.map(corner).concat())
@@ -131,9 +126,9 @@ impl WallShape {
                 std::f64::consts::TAU
             )
         };
-        let plate = || rectangle((130.0, 130.0), 0.0);
+        let plate = || rectangle(Mm2::new(130.0, 130.0), 0.0);
         let entities = match self {
-            Self::Bar(angle) => rectangle((BAR_END_MM, BAR_MM / 2.0), angle),
+            Self::Bar(angle) => rectangle(Mm2::new(BAR_END_MM, BAR_MM / 2.0), angle),
             Self::Convex(r) => circle(r - TOOL_MM),
             Self::Concave(r) => plate() + &circle(r + TOOL_MM),
             Self::Ellipse(a, b) => ellipse(a, b),
@@ -178,13 +173,13 @@ impl Scene {
     }
 
     /// Height above the jogging clearance, mm.
-    pub(super) fn height_mm(&self, at: (f64, f64)) -> f64 {
+    pub(super) fn height_mm(&self, at: Mm2) -> f64 {
         let wall = point_from_mm(at).ok().and_then(|point| nearest_wall(&self.work.plan, point));
-        wall.map_or(f64::INFINITY, |wall| (wall.0 - at.0).hypot(wall.1 - at.1) - self.limit_mm())
+        wall.map_or(f64::INFINITY, |wall| wall.distance(at) - self.limit_mm())
     }
 
     /// Runs a session, and returns the true positions of the tool.
-    pub(super) fn trace(&self, start: (f64, f64), hand: Hand) -> Result<Trace, String> {
+    pub(super) fn trace(&self, start: Mm2, hand: Hand) -> Result<Trace, String> {
         let start = point_from_mm(start).map_err(|error| error.to_string())?;
         let run = SimRun { start: Some(start), ..self.run.clone() };
         let operator = Box::new(Timed { hand, began: None, over: false });
@@ -201,11 +196,7 @@ impl Scene {
     }
 
     /// Runs a session, and returns the true positions and the times of the pushes or releases.
-    pub(super) fn trace_of_pushes(
-        &self,
-        start: (f64, f64),
-        pushes: Pushes,
-    ) -> Result<(Trace, Vec<f64>), String> {
+    pub(super) fn trace_of_pushes(&self, start: Mm2, pushes: Pushes) -> Result<(Trace, Vec<f64>), String> {
         let times = pushes.times.clone();
         let trace = self.trace(start, Hand::Pushes(pushes))?;
         let times = times.lock().map_err(|error| error.to_string())?.clone();

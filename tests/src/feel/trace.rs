@@ -1,6 +1,7 @@
 //! True tool positions over time, and the figures from them.
 
 use keepout_executor::session::Sample;
+use keepout_planner::Mm2;
 
 use super::scene::Scene;
 use super::{DIP, Release, Slide};
@@ -14,11 +15,7 @@ const STILL_MM: f64 = 0.002;
 
 /// True tool positions.
 pub(super) struct Trace {
-    samples: Vec<(f64, (f64, f64))>,
-}
-
-fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
+    samples: Vec<(f64, Mm2)>,
 }
 
 impl Trace {
@@ -28,14 +25,13 @@ impl Trace {
     }
 
     /// The position of the tool at time `t`, interpolated.
-    fn at(&self, t: f64) -> (f64, f64) {
+    fn at(&self, t: f64) -> Mm2 {
         let after = self.samples.partition_point(|sample| sample.0 <= t);
         let before = self.samples[after.saturating_sub(1)];
         match self.samples.get(after) {
             Some(next) if next.0 - before.0 < GAP_S => {
                 let share = ((t - before.0) / (next.0 - before.0).max(1e-9)).clamp(0.0, 1.0);
-                let between = |a: f64, b: f64| a + (b - a) * share;
-                (between(before.1.0, next.1.0), between(before.1.1, next.1.1))
+                before.1 + (next.1 - before.1) * share
             }
             _ => before.1,
         }
@@ -46,14 +42,14 @@ impl Trace {
     }
 
     /// The time of the first sample with such a position.
-    pub(super) fn first(&self, is: impl Fn((f64, f64)) -> bool) -> Option<f64> {
+    pub(super) fn first(&self, is: impl Fn(Mm2) -> bool) -> Option<f64> {
         self.samples.iter().find(|sample| is(sample.1)).map(|sample| sample.0)
     }
 
     /// The first time after `t` at which the tool was this fast.
     pub(super) fn first_speed_after(&self, t: f64, speed_mm_s: f64) -> Option<f64> {
         let mut times = self.samples.iter().map(|sample| sample.0).filter(|&at| at > t);
-        times.find(|&at| distance(self.at(at - WINDOW_S), self.at(at)) >= speed_mm_s * WINDOW_S)
+        times.find(|&at| self.at(at - WINDOW_S).distance(self.at(at)) >= speed_mm_s * WINDOW_S)
     }
 
     /// The figures of a slide. Heights count from the first of the times, speeds from the second, both up to
@@ -78,7 +74,7 @@ impl Trace {
         };
         let mut heights: Vec<f64> = times(arrived).map(|t| scene.height_mm(self.at(t))).collect();
         heights.sort_by(f64::total_cmp);
-        let steps: Vec<f64> = times(settled).map(|t| distance(self.at(t - WINDOW_S), self.at(t))).collect();
+        let steps: Vec<f64> = times(settled).map(|t| self.at(t - WINDOW_S).distance(self.at(t))).collect();
         let length_mm: f64 = steps.iter().sum();
         let mean = length_mm / (number(steps.len()).max(1.0) * WINDOW_S);
         let least = DIP * whole(commanded, mean) * WINDOW_S;
@@ -100,17 +96,17 @@ impl Trace {
     /// moved sample with the acceleration.
     pub(super) fn first_step_after(&self, t: f64, acceleration_mm_s2: f64) -> Option<f64> {
         let rest = self.at(t);
-        let moved = self.samples.iter().find(|sample| sample.0 > t && distance(sample.1, rest) > STILL_MM)?;
+        let moved = self.samples.iter().find(|sample| sample.0 > t && sample.1.distance(rest) > STILL_MM)?;
         let since = |mm: f64| (2.0 * mm / acceleration_mm_s2).sqrt();
-        Some(moved.0 - since(distance(moved.1, rest)) + since(STILL_MM) - t)
+        Some(moved.0 - since(moved.1.distance(rest)) + since(STILL_MM) - t)
     }
 
     /// The stop of the tool after `t`.
     pub(super) fn rest_after(&self, t: f64) -> Release {
-        let end = self.samples.last().map_or((0.0, 0.0), |sample| sample.1);
-        let rest = self.samples.iter().rev().find(|sample| distance(sample.1, end) > STILL_MM);
+        let end = self.samples.last().map_or(Mm2::ZERO, |sample| sample.1);
+        let rest = self.samples.iter().rev().find(|sample| sample.1.distance(end) > STILL_MM);
         let seconds = rest.map_or(0.0, |sample| (sample.0 - t).max(0.0));
-        Release { seconds, distance_mm: distance(self.at(t), end) }
+        Release { seconds, distance_mm: self.at(t).distance(end) }
     }
 }
 

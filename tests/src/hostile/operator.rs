@@ -7,6 +7,7 @@ use fastrand::Rng;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_sim::operator::{Model, ModelKind};
 
 /// The style of a hostile operator.
@@ -79,20 +80,20 @@ impl Hostile {
         }
     }
 
-    fn velocity(&mut self, view: &OperatorView, now: Time) -> ((f64, f64), (f64, f64)) {
-        let still = (0.0, 0.0);
+    fn velocity(&mut self, view: &OperatorView, now: Time) -> (Mm2, Mm2) {
+        let still = Mm2::ZERO;
         match self.style {
             Style::Model(_) => (self.model.input(view, now).velocity, still),
             Style::Adversarial => (self.against(view, now), still),
             Style::Wheels => {
                 let toward = self.toward(view, 0.0);
                 let step = [0.01, 0.1, 1.0, 3.0][self.random.usize(0..4)];
-                (still, (toward.0 * step, toward.1 * step))
+                (still, toward * step)
             }
             Style::WheelsAround => {
                 let direction = self.against(view, now);
                 let step = [0.3, 1.0, 3.0, 9.0][self.random.usize(0..4)];
-                (still, (direction.0 * step, direction.1 * step))
+                (still, direction * step)
             }
             Style::Stale => {
                 let phase = now.elapsed().as_secs_f64() % 3.0;
@@ -103,7 +104,7 @@ impl Hostile {
 
     /// A direction relative to the wall, seen from the end of the motions in flight. It changes at random
     /// times, often when all motions are acknowledged.
-    fn against(&mut self, view: &OperatorView, now: Time) -> (f64, f64) {
+    fn against(&mut self, view: &OperatorView, now: Time) -> Mm2 {
         if now >= self.until || view.unacknowledged == 0 && self.random.u8(0..4) == 0 {
             self.until = now.after(Duration::from_millis(self.random.u64(20..800)));
             self.turn = match self.random.u8(0..6) {
@@ -115,17 +116,13 @@ impl Hostile {
                 _ => TAU * self.random.f64(),
             };
         }
-        let (Some(end), Some(wall)) = (view.end_mm, view.wall_mm) else { return (0.0, 0.0) };
-        let (dx, dy) = (wall.0 - end.0, wall.1 - end.1);
-        let length = dx.hypot(dy).max(1e-9);
-        turned((dx / length, dy / length), self.turn)
+        let (Some(end), Some(wall)) = (view.end_mm, view.wall_mm) else { return Mm2::ZERO };
+        end.direction_to(wall).turned(self.turn)
     }
 
-    fn toward(&mut self, view: &OperatorView, turn: f64) -> (f64, f64) {
-        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return (0.0, 0.0) };
-        let (dx, dy) = (wall.0 - position.0, wall.1 - position.1);
-        let length = dx.hypot(dy).max(1e-9);
-        turned((dx / length, dy / length), turn)
+    fn toward(&mut self, view: &OperatorView, turn: f64) -> Mm2 {
+        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return Mm2::ZERO };
+        position.direction_to(wall).turned(turn)
     }
 
     fn commanded(&mut self, phase: Phase) -> Option<OperatorCommand> {
@@ -142,10 +139,6 @@ impl Hostile {
         };
         self.command
     }
-}
-
-fn turned((x, y): (f64, f64), turn: f64) -> (f64, f64) {
-    (x * turn.cos() - y * turn.sin(), x * turn.sin() + y * turn.cos())
 }
 
 impl Operator for Hostile {

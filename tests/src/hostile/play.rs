@@ -14,6 +14,7 @@ use keepout_executor::session::{Clock, Ended, EventLog, Going, NoEventLog, Sampl
 use keepout_executor::supervisor::{Abilities, Counts, Options, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::{Curve, Segment, Vector};
+use keepout_planner::Mm2;
 use keepout_planner::job::{ContourJob, Progress};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::point_mm;
@@ -212,11 +213,11 @@ fn options(world: &World, spec: &Spec, random: &mut Rng) -> Options {
 }
 
 /// Where the tool begins, machine coordinates.
-fn start_mm(world: &World, spec: &Spec, random: &mut Rng) -> (f64, f64) {
+fn start_mm(world: &World, spec: &Spec, random: &mut Rng) -> Mm2 {
     let inside = spec.begins_inside && !world.inside.is_empty();
     let places = if inside { &world.inside } else { &world.starts };
     let start = places[random.usize(0..places.len())];
-    start.translated(world.place.offset).map_or((-1.0, -1.0), point_mm)
+    start.translated(world.place.offset).map_or(Mm2::new(-1.0, -1.0), point_mm)
 }
 
 /// What watches the machine while a session is played, and lets things happen to it.
@@ -333,7 +334,7 @@ fn config(world: &World) -> DialectConfig {
     DialectConfig::of(&world.machine, world.place.offset)
 }
 
-fn machine(world: &World, spec: &Spec, start_mm: (f64, f64), abilities: Abilities) -> SimMachine {
+fn machine(world: &World, spec: &Spec, start_mm: Mm2, abilities: Abilities) -> SimMachine {
     let settings =
         SimSettings { quirks: spec.quirks.clone(), ..SimSettings::of(world.machine.clone(), start_mm) };
     let (band, steps) = (world.machine.repeatability_mm, world.machine.steps_per_mm);

@@ -8,6 +8,7 @@ use keepout_executor::dialect::DialectName;
 use keepout_executor::session::{Placement, place_on_table};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::{Length, Point, ProhibitedRegion};
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
@@ -110,7 +111,7 @@ impl World {
     fn look_for_places(&mut self, random: &mut Rng) {
         let plan = &self.work.plan;
         let (low, high) = plan.part_box();
-        let ((x0, y0), (x1, y1)) = (point_mm(low), point_mm(high));
+        let (low, high) = (point_mm(low), point_mm(high));
         let reach = 4.0 * mm(plan.roughing.units());
         let finishing = length_up_from_mm(mm(plan.finishing.units()) + 0.002).unwrap_or(plan.finishing);
         for _ in 0..4000 {
@@ -118,7 +119,7 @@ impl World {
                 return;
             }
             let within = |low: f64, high: f64, t: f64| low - reach + (high - low + 2.0 * reach) * t;
-            let place = (within(x0, x1, random.f64()), within(y0, y1, random.f64()));
+            let place = Mm2::new(within(low.x, high.x, random.f64()), within(low.y, high.y, random.f64()));
             let Ok(point) = point_from_mm(place) else { continue };
             if !self.place.travel.holds(point) {
                 continue;

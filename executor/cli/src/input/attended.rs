@@ -86,6 +86,7 @@ impl<O: Operator> Operator for Endable<O> {
 #[cfg(test)]
 mod tests {
     use keepout_executor::supervisor::Phase;
+    use keepout_planner::Mm2;
 
     use super::*;
     use crate::input::testing::{Scripted, view};
@@ -97,7 +98,7 @@ mod tests {
 
     impl Operator for Watching {
         fn input(&mut self, _: &OperatorView, _: Time) -> OperatorInput {
-            OperatorInput { velocity: (0.0, 1.0), ..OperatorInput::default() }
+            OperatorInput { velocity: Mm2::new(0.0, 1.0), ..OperatorInput::default() }
         }
 
         fn command(&mut self) -> Option<OperatorCommand> {
@@ -113,7 +114,7 @@ mod tests {
 
     #[test]
     fn attendant_stops_and_commands_but_does_not_jog() {
-        let jogged = OperatorInput { velocity: (1.0, 0.0), armed: true, ..OperatorInput::default() };
+        let jogged = OperatorInput { velocity: Mm2::new(1.0, 0.0), armed: true, ..OperatorInput::default() };
         let with = |stopped| {
             let mut both = Attended::new(Scripted::new(vec![jogged]), Watching { stopped });
             (both.input(&view(Phase::Manual), Time::ZERO), both.command())

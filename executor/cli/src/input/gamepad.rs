@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use keepout_executor::operator::{Operator, OperatorView, Panel};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase, Stick};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 
 use super::device::{DeviceError, Devices, EnablingInterlock, Mapping, Reader, Reading, Wanted};
 
@@ -151,11 +152,11 @@ fn leave<D: Devices>(reader: &mut Reader<D>, mut reading: Reading, at: Instant, 
 
 impl Operator for Gamepad {
     fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
-        self.last.turned_mm = (0.0, 0.0);
+        self.last.turned_mm = Mm2::ZERO;
         if let Ok(mut left) = self.left.try_lock() {
             self.last = left.reading.clone();
             self.read_at = left.at;
-            left.reading.turned_mm = (0.0, 0.0);
+            left.reading.turned_mm = Mm2::ZERO;
             left.taken = true;
         }
         self.panel.set_status(&self.status());
@@ -248,8 +249,8 @@ mod tests {
         let stick = Stick::new(StickSettings::default()).unwrap();
         let panel = Panel::default();
         let mut gamepad = Gamepad::of(bench.clone(), Mapping::default(), stick, panel.clone()).unwrap();
-        let held = |input: &OperatorInput| input.velocity == (1.0, 0.0);
-        let still = |input: &OperatorInput| input.velocity == (0.0, 0.0);
+        let held = |input: &OperatorInput| input.velocity == Mm2::new(1.0, 0.0);
+        let still = |input: &OperatorInput| input.velocity == Mm2::ZERO;
         let push = || {
             let all = [
                 RawEvent::Axis { code: 0, value: 100 },

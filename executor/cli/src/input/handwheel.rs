@@ -1,5 +1,6 @@
 //! Handwheels: converts pulses of a manual pulse generator (MPG) to millimetres.
 
+use keepout_planner::Mm2;
 /// The axis that a handwheel turns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WheelAxis {
@@ -122,10 +123,10 @@ impl Handwheel {
     }
 
     /// Takes the distance that the wheels were turned since the last call, mm.
-    pub fn take_mm(&mut self) -> (f64, f64) {
+    pub fn take_mm(&mut self) -> Mm2 {
         let [x, y] = self.microns;
         self.forget();
-        (f64::from(x) / 1000.0, f64::from(y) / 1000.0)
+        Mm2::new(f64::from(x) / 1000.0, f64::from(y) / 1000.0)
     }
 
     /// Drops the pulses since the last call of [`Self::take_mm`].
@@ -147,8 +148,8 @@ mod tests {
         wheel.swap_axis();
         wheel.set_step(StepSize::Millimetre);
         wheel.turn(-2);
-        assert_eq!(wheel.take_mm(), (0.03, -2.0));
-        assert_eq!(wheel.take_mm(), (0.0, 0.0));
+        assert_eq!(wheel.take_mm(), Mm2::new(0.03, -2.0));
+        assert_eq!(wheel.take_mm(), Mm2::ZERO);
         wheel.swap_axis();
         assert_eq!(wheel.axis(), WheelAxis::X);
     }
@@ -159,11 +160,11 @@ mod tests {
         for _ in 0..100 {
             wheel.turn(i32::MAX);
         }
-        assert_eq!(wheel.take_mm(), (1.0, 0.0));
-        assert_eq!(wheel.take_mm(), (0.0, 0.0), "no pulse is saved");
+        assert_eq!(wheel.take_mm(), Mm2::new(1.0, 0.0));
+        assert_eq!(wheel.take_mm(), Mm2::ZERO, "no pulse is saved");
         wheel.turn(i32::MIN);
         wheel.turn_axis(WheelAxis::Y, i32::MIN);
-        assert_eq!(wheel.take_mm(), (-1.0, -1.0));
+        assert_eq!(wheel.take_mm(), Mm2::new(-1.0, -1.0));
     }
 
     #[test]
@@ -176,7 +177,7 @@ mod tests {
             let by = random.i32(-5..=5);
             pulses += by;
             wheel.turn(by);
-            microns += (wheel.take_mm().0 * 1000.0).round();
+            microns += (wheel.take_mm().x * 1000.0).round();
         }
         assert_eq!(microns, f64::from(pulses));
     }

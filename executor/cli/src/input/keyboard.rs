@@ -15,6 +15,7 @@ use std::time::Duration;
 
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 
 use super::handwheel::{Handwheel, StepSize, WheelAxis};
 
@@ -141,11 +142,11 @@ impl Keys {
         status
     }
 
-    fn velocity(&self) -> (f64, f64) {
+    fn velocity(&self) -> Mm2 {
         let sum = self.held.iter().fold((0, 0), |sum, held| (sum.0 + held.0.0, sum.1 + held.0.1));
         let (x, y) = (f64::from(sum.0.signum()), f64::from(sum.1.signum()));
         let scale = SPEEDS[self.speed] / x.hypot(y).max(1.0);
-        (x * scale, y * scale)
+        Mm2::new(x, y) * scale
     }
 
     fn press(&mut self, towards: (i8, i8), at: Time) {
@@ -235,7 +236,7 @@ mod tests {
         Time::from_micros(millis * 1000)
     }
 
-    fn velocity(keys: &mut Keys, at: u64) -> (f64, f64) {
+    fn velocity(keys: &mut Keys, at: u64) -> Mm2 {
         keys.input(Phase::Manual, ms(at)).velocity
     }
 
@@ -249,21 +250,21 @@ mod tests {
     fn push_outlasts_its_last_key_event_by_150_ms() {
         let mut keys = fast(false);
         keys.take(RIGHT, Stroke::Down, ms(100));
-        assert_eq!(velocity(&mut keys, 100), (1.0, 0.0));
-        assert_eq!(velocity(&mut keys, 249), (1.0, 0.0));
-        assert_eq!(velocity(&mut keys, 250), (0.0, 0.0));
+        assert_eq!(velocity(&mut keys, 100), Mm2::new(1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 249), Mm2::new(1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 250), Mm2::ZERO);
         for at in (300..2000).step_by(30) {
             keys.take(RIGHT, Stroke::Down, ms(at));
-            assert_eq!(velocity(&mut keys, at + 29), (1.0, 0.0));
+            assert_eq!(velocity(&mut keys, at + 29), Mm2::new(1.0, 0.0));
         }
-        assert_eq!(velocity(&mut keys, 2150), (0.0, 0.0));
+        assert_eq!(velocity(&mut keys, 2150), Mm2::ZERO);
     }
 
     #[test]
     fn press_that_is_read_late_does_not_move() {
         let mut keys = fast(false);
         keys.take(RIGHT, Stroke::Down, ms(100));
-        assert_eq!(velocity(&mut keys, 5000), (0.0, 0.0));
+        assert_eq!(velocity(&mut keys, 5000), Mm2::ZERO);
     }
 
     #[test]
@@ -271,29 +272,29 @@ mod tests {
         let mut keys = fast(false);
         keys.take(RIGHT, Stroke::Down, ms(0));
         keys.take(UP, Stroke::Down, ms(10));
-        let (x, y) = velocity(&mut keys, 20);
+        let Mm2 { x, y } = velocity(&mut keys, 20);
         assert!((x.hypot(y) - 1.0).abs() < 1e-12 && x == y);
         keys.take(Key::Jog(-1, 0), Stroke::Down, ms(20));
-        assert_eq!(velocity(&mut keys, 30), (0.0, 1.0));
+        assert_eq!(velocity(&mut keys, 30), Mm2::new(0.0, 1.0));
         keys.take(Key::Jog(1, 1), Stroke::Down, ms(400));
-        assert!((velocity(&mut keys, 401).0 - 0.5_f64.sqrt()).abs() < 1e-12);
+        assert!((velocity(&mut keys, 401).x - 0.5_f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]
     fn with_release_events_a_key_moves_until_its_release_or_a_missing_repeat() {
         let mut keys = fast(true);
         keys.take(RIGHT, Stroke::Down, ms(0));
-        assert_eq!(velocity(&mut keys, 500), (1.0, 0.0), "before the first repeat");
+        assert_eq!(velocity(&mut keys, 500), Mm2::new(1.0, 0.0), "before the first repeat");
         (500..3000).step_by(30).for_each(|at| keys.take(RIGHT, Stroke::Repeat, ms(at)));
-        assert_eq!(velocity(&mut keys, 3050), (1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 3050), Mm2::new(1.0, 0.0));
         keys.take(RIGHT, Stroke::Up, ms(3060));
-        assert_eq!(velocity(&mut keys, 3060), (0.0, 0.0));
+        assert_eq!(velocity(&mut keys, 3060), Mm2::ZERO);
         keys.take(RIGHT, Stroke::Repeat, ms(3070));
-        assert_eq!(velocity(&mut keys, 3070), (0.0, 0.0), "a repeat without a press does not move");
+        assert_eq!(velocity(&mut keys, 3070), Mm2::ZERO, "a repeat without a press does not move");
         keys.take(RIGHT, Stroke::Down, ms(4000));
         keys.take(RIGHT, Stroke::Repeat, ms(4690));
-        assert_eq!(velocity(&mut keys, 4830), (1.0, 0.0));
-        assert_eq!(velocity(&mut keys, 4841), (0.0, 0.0), "the connection is lost");
+        assert_eq!(velocity(&mut keys, 4830), Mm2::new(1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 4841), Mm2::ZERO, "the connection is lost");
     }
 
     #[test]
@@ -302,11 +303,11 @@ mod tests {
         keys.take(RIGHT, Stroke::Down, ms(0));
         keys.take(UP, Stroke::Down, ms(100));
         (600..2000).step_by(30).for_each(|at| keys.take(UP, Stroke::Repeat, ms(at)));
-        let (x, y) = velocity(&mut keys, 2010);
+        let Mm2 { x, y } = velocity(&mut keys, 2010);
         assert!(x > 0.7 && y > 0.7);
         keys.take(UP, Stroke::Up, ms(2020));
-        assert_eq!(velocity(&mut keys, 2030), (1.0, 0.0));
-        assert_eq!(velocity(&mut keys, 2800), (0.0, 0.0), "no key event for too long");
+        assert_eq!(velocity(&mut keys, 2030), Mm2::new(1.0, 0.0));
+        assert_eq!(velocity(&mut keys, 2800), Mm2::ZERO, "no key event for too long");
     }
 
     #[test]
@@ -319,10 +320,10 @@ mod tests {
         keys.take(RIGHT, Stroke::Down, ms(2));
         keys.take(Key::Jog(0, -1), Stroke::Down, ms(3));
         let input = keys.input(Phase::Manual, ms(10));
-        assert_eq!((input.velocity, input.turned_mm), ((0.0, 0.0), (0.02, -0.01)));
-        assert_eq!(keys.input(Phase::Manual, ms(20)).turned_mm, (0.0, 0.0));
+        assert_eq!((input.velocity, input.turned_mm), (Mm2::ZERO, Mm2::new(0.02, -0.01)));
+        assert_eq!(keys.input(Phase::Manual, ms(20)).turned_mm, Mm2::ZERO);
         (0..1000).for_each(|_| keys.take(RIGHT, Stroke::Down, ms(30)));
-        assert_eq!(keys.input(Phase::Manual, ms(40)).turned_mm, (0.1, 0.0));
+        assert_eq!(keys.input(Phase::Manual, ms(40)).turned_mm, Mm2::new(0.1, 0.0));
         assert_eq!(keys.status(), "step 0.01 mm");
     }
 
@@ -332,15 +333,15 @@ mod tests {
             let mut keys = fast(releases);
             keys.take(RIGHT, Stroke::Down, ms(0));
             keys.take(Key::Character(' '), Stroke::Down, ms(10));
-            assert!(keys.stopped() && velocity(&mut keys, 11) == (0.0, 0.0));
+            assert!(keys.stopped() && velocity(&mut keys, 11) == Mm2::ZERO);
             keys.take(RIGHT, Stroke::Repeat, ms(20));
             keys.take(RIGHT, Stroke::Up, ms(25));
-            assert!(keys.stopped() && velocity(&mut keys, 26) == (0.0, 0.0));
+            assert!(keys.stopped() && velocity(&mut keys, 26) == Mm2::ZERO);
             assert_eq!(keys.command(), None);
             keys.input(Phase::Contouring, ms(27));
             assert_eq!(keys.command(), Some(OperatorCommand::FeedHold));
             keys.take(UP, Stroke::Down, ms(30));
-            assert!(!keys.stopped() && velocity(&mut keys, 31) == (0.0, 1.0));
+            assert!(!keys.stopped() && velocity(&mut keys, 31) == Mm2::new(0.0, 1.0));
         }
     }
 

@@ -1,13 +1,14 @@
 //! The small plan in the view: the part's outline, the trail and the tool.
 
 use super::canvas::Canvas;
+use keepout_planner::Mm2;
 
 /// The part's outline, with fewer points for a screen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScreenOutline {
-    polylines: Vec<Vec<(f64, f64)>>,
-    low: (f64, f64),
-    high: (f64, f64),
+    polylines: Vec<Vec<Mm2>>,
+    low: Mm2,
+    high: Mm2,
 }
 
 /// Least distance between two kept points, as a share of the outline's size.
@@ -23,22 +24,21 @@ const WIDER_MAX: u32 = 12;
 impl ScreenOutline {
     /// The outline of these polylines, mm. A closed polyline ends where it begins. Drops points that are not
     /// finite.
-    pub fn new(polylines: &[Vec<(f64, f64)>]) -> Self {
-        let finite = |point: &&(f64, f64)| point.0.is_finite() && point.1.is_finite();
-        let (mut low, mut high) = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
-        for &(x, y) in polylines.iter().flatten().filter(finite) {
-            low = (low.0.min(x), low.1.min(y));
-            high = (high.0.max(x), high.1.max(y));
+    pub fn new(polylines: &[Vec<Mm2>]) -> Self {
+        let finite = |point: &&Mm2| point.is_finite();
+        let (mut low, mut high) = (Mm2::new(f64::MAX, f64::MAX), Mm2::new(f64::MIN, f64::MIN));
+        for &point in polylines.iter().flatten().filter(finite) {
+            (low, high) = (low.min(point), high.max(point));
         }
-        if low.0 > high.0 {
+        if low.x > high.x {
             return Self::default();
         }
-        let detail = (high.0 - low.0).max(high.1 - low.1) * DETAIL;
-        let thinned = |line: &Vec<(f64, f64)>| {
-            let mut kept: Vec<(f64, f64)> = Vec::new();
+        let detail = larger_side(low, high) * DETAIL;
+        let thinned = |line: &Vec<Mm2>| {
+            let mut kept: Vec<Mm2> = Vec::new();
             let mut last = None;
             for &point in line.iter().filter(finite) {
-                let near = |at: &(f64, f64)| (at.0 - point.0).hypot(at.1 - point.1) < detail;
+                let near = |at: &Mm2| at.distance(point) < detail;
                 last = Some(point);
                 if !kept.last().is_some_and(near) {
                     kept.push(point);
@@ -51,43 +51,43 @@ impl ScreenOutline {
     }
 
     /// The box that the picture shows. It contains `place`, unless `place` lies outside the widest picture.
-    fn frame(&self, place: Option<(f64, f64)>) -> ((f64, f64), (f64, f64)) {
-        let size = (self.high.0 - self.low.0).max(self.high.1 - self.low.1).max(1e-3);
-        let middle = (f64::midpoint(self.low.0, self.high.0), f64::midpoint(self.low.1, self.high.1));
-        let half = (
-            (self.high.0 - self.low.0) / 2.0 + size * AROUND,
-            (self.high.1 - self.low.1) / 2.0 + size * AROUND,
-        );
-        let frame = |half: (f64, f64)| {
-            ((middle.0 - half.0, middle.1 - half.1), (middle.0 + half.0, middle.1 + half.1))
-        };
-        let Some((x, y)) = place else { return frame(half) };
+    fn frame(&self, place: Option<Mm2>) -> (Mm2, Mm2) {
+        let size = larger_side(self.low, self.high).max(1e-3);
+        let middle = self.low.midpoint(self.high);
+        let half = (self.high - self.low) / 2.0 + Mm2::new(size, size) * AROUND;
+        let frame = |half: Mm2| (middle - half, middle + half);
+        let Some(place) = place else { return frame(half) };
         let mut wide = half;
         for _ in 0..WIDER_MAX {
-            if (x - middle.0).abs() <= wide.0 && (y - middle.1).abs() <= wide.1 {
+            if (place.x - middle.x).abs() <= wide.x && (place.y - middle.y).abs() <= wide.y {
                 return frame(wide);
             }
-            wide = (wide.0 * WIDER, wide.1 * WIDER);
+            wide = wide * WIDER;
         }
         frame(half)
     }
 }
 
+/// The larger side of a box.
+fn larger_side(low: Mm2, high: Mm2) -> f64 {
+    (high.x - low.x).max(high.y - low.y)
+}
+
 /// Draws outline, trail and tool into `columns` × `lines` characters.
 pub fn plan(
     outline: &ScreenOutline,
-    trail: &[(f64, f64)],
-    tool: Option<((f64, f64), f64)>,
+    trail: &[Mm2],
+    tool: Option<(Mm2, f64)>,
     columns: usize,
     lines: usize,
 ) -> Vec<String> {
     let mut canvas = Canvas::new(columns, lines);
     let (width, height) = canvas.dots();
     let (low, high) = outline.frame(tool.map(|tool| tool.0));
-    let scale = (width / (high.0 - low.0)).min(height / (high.1 - low.1));
-    let middle = (f64::midpoint(low.0, high.0), f64::midpoint(low.1, high.1));
+    let scale = (width / (high.x - low.x)).min(height / (high.y - low.y));
+    let middle = low.midpoint(high);
     let place =
-        |(x, y): (f64, f64)| (width / 2.0 + (x - middle.0) * scale, height / 2.0 - (y - middle.1) * scale);
+        |Mm2 { x, y }: Mm2| (width / 2.0 + (x - middle.x) * scale, height / 2.0 - (y - middle.y) * scale);
     for polyline in &outline.polylines {
         for pair in polyline.windows(2) {
             canvas.line(place(pair[0]), place(pair[1]));
@@ -129,7 +129,9 @@ mod tests {
     use super::*;
 
     fn square() -> ScreenOutline {
-        ScreenOutline::new(&[vec![(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0)]])
+        ScreenOutline::new(&[[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0)]
+            .map(Mm2::from)
+            .to_vec()])
     }
 
     #[test]
@@ -137,7 +139,7 @@ mod tests {
         for at in
             [(5.0, 5.0), (-3.0, 5.0), (500.0, -400.0), (1e9, 1e9), (f64::NAN, 0.0), (f64::MAX, f64::MIN)]
         {
-            let lines = plan(&square(), &[], Some((at, 1.0)), 20, 10);
+            let lines = plan(&square(), &[], Some((at.into(), 1.0)), 20, 10);
             assert!(lines.iter().all(|line| line.chars().count() == 20));
             assert!(lines.concat().contains('●') || at.0.is_nan(), "{at:?}");
         }
@@ -145,13 +147,15 @@ mod tests {
 
     #[test]
     fn large_outline_keeps_few_points() {
-        let ring: Vec<(f64, f64)> = (0..1_000_000)
-            .map(|i| f64::from(i) * 1e-5)
-            .map(|turn| (50.0 * turn.cos(), 50.0 * turn.sin()))
-            .collect();
-        let outline = ScreenOutline::new(&[ring, vec![(f64::NAN, 0.0), (0.0, f64::INFINITY)], Vec::new()]);
+        let ring: Vec<Mm2> =
+            (0..1_000_000).map(|i| f64::from(i) * 1e-5).map(|turn| Mm2::unit(turn) * 50.0).collect();
+        let outline = ScreenOutline::new(&[
+            ring,
+            vec![Mm2::new(f64::NAN, 0.0), Mm2::new(0.0, f64::INFINITY)],
+            Vec::new(),
+        ]);
         assert!(outline.polylines[0].len() < 6000);
         assert!(ScreenOutline::new(&[]) == ScreenOutline::default());
-        assert_eq!(plan(&ScreenOutline::default(), &[(0.0, 0.0)], None, 3, 2).len(), 2);
+        assert_eq!(plan(&ScreenOutline::default(), &[Mm2::ZERO], None, 3, 2).len(), 2);
     }
 }

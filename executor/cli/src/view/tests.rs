@@ -1,16 +1,16 @@
 use super::*;
 
 fn facts() -> ViewFacts {
-    let part = vec![(0.0, 0.0), (120.0, 0.0), (120.0, 80.0), (0.0, 80.0), (0.0, 0.0)];
-    let hole = vec![(40.0, 30.0), (80.0, 30.0), (80.0, 50.0), (40.0, 50.0), (40.0, 30.0)];
+    let part = [(0.0, 0.0), (120.0, 0.0), (120.0, 80.0), (0.0, 80.0), (0.0, 0.0)].map(Mm2::from);
+    let hole = [(40.0, 30.0), (80.0, 30.0), (80.0, 50.0), (40.0, 50.0), (40.0, 30.0)].map(Mm2::from);
     ViewFacts {
         headline: Headline::AtTheWall,
-        position_mm: Some((-3.2204, 41.5)),
+        position_mm: Some(Mm2::new(-3.2204, 41.5)),
         wall_mm: Some(0.0124),
         speed_mm_s: Some(12.34),
         tool_radius_mm: 3.0,
-        outline: Arc::new(ScreenOutline::new(&[part, hole])),
-        trail: (0..40).map(|i| (-3.3, f64::from(i))).collect(),
+        outline: Arc::new(ScreenOutline::new(&[part.to_vec(), hole.to_vec()])),
+        trail: (0..40).map(|i| Mm2::new(-3.3, f64::from(i))).collect(),
         status: "speed 20 %".into(),
         notices: vec!["first".into(), "second".into(), "third".into()],
         keys: "arrows jog · space STOP · q quit".into(),
@@ -80,18 +80,19 @@ fn every_headline_fits_80_columns_large() {
 fn view_fits_every_size_with_any_facts() {
     let odd = ViewFacts {
         headline: Headline::stopped(&"a long reason \u{1b}[2J 漢字 ".repeat(40)),
-        position_mm: Some((f64::NAN, f64::INFINITY)),
+        position_mm: Some(Mm2::new(f64::NAN, f64::INFINITY)),
         wall_mm: Some(-1.0),
         speed_mm_s: Some(f64::NAN),
         tool_radius_mm: f64::INFINITY,
         outline: Arc::new(ScreenOutline::default()),
-        trail: vec![(f64::NAN, 0.0), (f64::MAX, f64::MIN)],
+        trail: vec![Mm2::new(f64::NAN, 0.0), Mm2::new(f64::MAX, f64::MIN)],
         status: "\u{7}".into(),
         notices: vec!["\u{1b}]0;title\u{7}".into(), "\u{202e}gnirts".into()],
         keys: "k".repeat(500),
         seconds: f64::NAN,
     };
-    let far = ViewFacts { position_mm: Some((-123_456.789, 99_998.999)), wall_mm: Some(1e9), ..facts() };
+    let far =
+        ViewFacts { position_mm: Some(Mm2::new(-123_456.789, 99_998.999)), wall_mm: Some(1e9), ..facts() };
     let none = ViewFacts { position_mm: None, wall_mm: None, speed_mm_s: None, ..facts() };
     for facts in [facts(), odd, far, none] {
         for width in (0..=100).chain([200, 1000]) {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use keepout_executor::dialect::DialectName;
 use keepout_executor::supervisor::PreparedPlan;
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::PassParameters;
 use keepout_planner::plan_file;
@@ -14,9 +15,9 @@ use keepout_planner::request::PlanRequest;
 pub const SCRIPT: &str = "0 0 -0.05\n0.4 0 0\n1 0 -0.5\n2.5 0 0\n3 0 -0.1 auto\n";
 /// Machine coordinates of the drawing's origin, mm. The tool starts above the middle of the plate's upper
 /// edge.
-pub const ORIGIN_MM: (f64, f64) = (-26.0, -30.0);
+pub const ORIGIN_MM: Mm2 = Mm2::new(-26.0, -30.0);
 /// Start position of the tool, machine coordinates, mm.
-pub const START_MM: (f64, f64) = (-20.0, -12.0);
+pub const START_MM: Mm2 = Mm2::new(-20.0, -12.0);
 /// Feed of the contour, mm/min.
 pub const FEED_MM_MIN: u32 = 1500;
 /// Added delay each way, ms.

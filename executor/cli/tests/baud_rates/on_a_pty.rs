@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use keepout_executor::session::LoggedEvent;
 use keepout_executor::session::log::{Entry, Log};
+use keepout_planner::Mm2;
 
 use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, START_MM};
 
@@ -40,7 +41,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let path = |end: &str| job.at(&format!("{}.{end}", case.name()));
     let (plan, dialect, baud) = (job.plan_file(case), case.dialect(), case.baud.to_string());
     let (port, log, received) = (path("port"), path("log"), path("received"));
-    let place = |(x, y): (f64, f64)| format!("{x},{y}");
+    let place = |Mm2 { x, y }: Mm2| format!("{x},{y}");
     let (origin, start) = (place(ORIGIN_MM), place(START_MM));
     let latency = LATENCY_MS.to_string();
     let mut arguments = vec!["simulate", "--dialect", &dialect, "--baud", &baud, "--link", &port];

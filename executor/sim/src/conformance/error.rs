@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use keepout_executor::session::port::PortError;
 use keepout_executor::supervisor::Mode;
+use keepout_planner::Mm2;
 use thiserror::Error;
 
-use super::path::Mm2;
 use super::recording::EVENTS_MAX;
 
 /// Longest time for one step of a scenario.

@@ -1,11 +1,11 @@
 //! Recordings as JSON lines: a header, and one line for each event.
 //!
 //! ```text
-//! {"keepout_conformance":2,"dialect":"grbl","digit_mm":0.001,"step_mm":0.0025}
-//! {"at_us":15200,"what":{"begin":{"name":"hold in jog, 3 of 4","origin":{"x":-100.0,"y":-100.0}}}}
+//! {"keepout_conformance":3,"dialect":"grbl","digit_mm":0.001,"step_mm":0.0025}
+//! {"at_us":15200,"what":{"begin":{"name":"hold in jog, 3 of 4","origin":[-100.0,-100.0]}}}
 //! {"at_us":15200,"what":{"sent":"$J=G53G90G21X-107Y-100F6000\n"}}
 //! {"at_us":19873,"what":{"received":"ok"}}
-//! {"at_us":20010,"what":{"tool":{"at":{"x":-100.0025,"y":-100.0},"kind":"jog"}}}
+//! {"at_us":20010,"what":{"tool":{"at":[-100.0025,-100.0],"kind":"jog"}}}
 //! {"at_us":98000,"what":"rest"}
 //! ```
 //!
@@ -22,7 +22,7 @@ use thiserror::Error;
 
 use super::recording::{EVENTS_MAX, RecordedEvent, Recording, RecordingHeader, What};
 
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Longest accepted line, bytes.
 const LINE_MAX: usize = 4096;
 static RECORDING: FileKind = FileKind::new("recording");

@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use keepout_executor::supervisor::Mode;
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::units::point_mm;
 
-use super::path::Mm2;
 use super::recording::{RecordedEvent, Recording, What};
 use super::scenario::{CANCEL, RESET};
 
@@ -124,8 +124,7 @@ impl Walk {
             What::Sent(bytes) => self.sent(bytes, event.at),
             What::Received(line) => match event.status() {
                 Some(status) => {
-                    let at = status.position.map(point_mm);
-                    let at = at.map_or(self.at, |(x, y)| Mm2::new(x, y));
+                    let at = status.position.map_or(self.at, point_mm);
                     self.reported(status.state, status.mode, at, event.at);
                 }
                 None => self.replied(&String::from_utf8_lossy(line), event.at),
@@ -235,7 +234,7 @@ fn target(line: &str) -> Option<Mm2> {
         let end = rest.find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c))).unwrap_or(rest.len());
         rest[..end].parse::<f64>().ok()
     };
-    Some(Mm2 { x: value('X')?, y: value('Y')? })
+    Some(Mm2::new(value('X')?, value('Y')?))
 }
 
 /// The kind of a reply, which a controller and its model must share. `None` for an empty line.

@@ -7,10 +7,10 @@ use keepout_executor::session::port::Port;
 use keepout_executor::session::{Clock, Sample};
 use keepout_executor::supervisor::Mode;
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::units::point_mm;
 
 use super::error::{LIMIT, RecordError};
-use super::path::Mm2;
 use super::recording::{EVENTS_MAX, RecordedEvent, Recording, RecordingHeader, What};
 use super::scenario::{RESET, Scenario, Step};
 use super::start::{Setup, StatedIdentity};
@@ -159,7 +159,7 @@ impl<'a, P: Port, C: Clock> ScenarioRecorder<'a, P, C> {
     }
 
     fn motion(&self, words: &str, to: Mm2, feed: u32) -> String {
-        let at = self.origin.plus(to);
+        let at = self.origin + to;
         format!("{words}X{:.3}Y{:.3}F{feed}", at.x, at.y)
     }
 
@@ -278,8 +278,7 @@ impl<'a, P: Port, C: Clock> ScenarioRecorder<'a, P, C> {
     fn take_tool(&mut self) -> Result<(), RecordError> {
         let mut samples = std::mem::take(&mut self.samples);
         (self.bench.tool)(self.bench.port, &mut samples);
-        for Sample { at, position_mm: (x, y), kind } in samples.drain(..) {
-            let place = Mm2::new(x, y);
+        for Sample { at, position_mm: place, kind } in samples.drain(..) {
             if self.tool.replace(place) != Some(place) {
                 self.push(at, What::Tool { at: place, kind })?;
             }
@@ -297,10 +296,7 @@ impl<'a, P: Port, C: Clock> ScenarioRecorder<'a, P, C> {
         self.known.take(&text);
         let event = RecordedEvent { at: now, what: What::Received(line) };
         if let Some(status) = event.status() {
-            let at = status.position.map(|position| {
-                let (x, y) = point_mm(position);
-                Mm2::new(x, y)
-            });
+            let at = status.position.map(point_mm);
             self.take_report(Reported { mode: status.mode, at });
         }
         self.push(event.at, event.what)

@@ -3,9 +3,8 @@
 use keepout_executor::dialect::Status;
 use keepout_executor::session::{SampleKind, characters, micros};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use serde::{Deserialize, Serialize};
-
-use super::path::Mm2;
 
 /// Most events of a recording.
 pub const EVENTS_MAX: usize = 4_000_000;

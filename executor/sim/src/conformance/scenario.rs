@@ -4,8 +4,7 @@ use std::f64::consts::PI;
 use std::time::Duration;
 
 use keepout_kernel::curve::nearest_unit;
-
-use super::path::Mm2;
+use keepout_planner::Mm2;
 
 /// Where a scenario may be played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,7 +144,7 @@ impl Frame {
         let mut points = Vec::new();
         for k in 0..count {
             let side = if k % 2 == 0 { 0.5 } else { -0.5 };
-            at = at.toward(side * angle, length);
+            at += Mm2::unit(side * angle) * length;
             points.push(at);
         }
         points
@@ -165,7 +164,7 @@ impl Frame {
                 let mut steps = self.to(-1.0, 0.0);
                 let corner = Mm2::default();
                 steps.push(Step::Jog { to: corner, feed });
-                steps.push(Step::Jog { to: corner.toward(angle, self.reach()), feed });
+                steps.push(Step::Jog { to: corner + Mm2::unit(angle) * self.reach(), feed });
                 steps.push(Step::Rest);
                 all.push(harmless(format!("junction of {degrees} degrees, {feed} mm/min"), steps));
             }

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use keepout_executor::session::VirtualClock;
+use keepout_planner::Mm2;
 
 use super::error::RecordError;
-use super::path::Mm2;
 use super::record::{Bench, ScenarioRecorder};
 use super::recording::Recording;
 use super::scenario::Scenario;
@@ -40,7 +40,7 @@ pub fn simulate(setting: &SimulatedBench, scenarios: &[Scenario]) -> Result<Reco
     let positioning_error = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
     let settings = SimSettings {
         quirks: setting.quirks.clone(),
-        ..SimSettings::of(machine, (setting.at.x, setting.at.y))
+        ..SimSettings::of(machine, Mm2::new(setting.at.x, setting.at.y))
     };
     let controller = speaking(&setup.language, settings);
     let mut port =

@@ -7,10 +7,10 @@ use keepout_executor::dialect::DialectName;
 use keepout_executor::session::Clock;
 use keepout_executor::session::port::Port;
 use keepout_executor::supervisor::Mode;
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 
 use super::error::RecordError;
-use super::path::Mm2;
 use super::record::{Bench, ScenarioRecorder};
 use super::recording::RecordingHeader;
 use super::scenario::Frame;

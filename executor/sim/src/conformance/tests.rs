@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use keepout_executor::dialect::DialectName;
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 
 use super::scenario::{CANCEL, HOLD};
@@ -179,10 +180,10 @@ fn recordings_survive_their_file_and_damage_is_named_by_line() {
         (0, "keepout-log 1", "not a conformance recording"),
         (0, "keepout-conformance 1 dialect=grbl digit_mm=0.1 step_mm=0.1", "version 1"),
         (0, r#"{"keepout_conformance":9,"dialect":"grbl","digit_mm":0.1,"step_mm":0.1}"#, "version 9"),
-        (0, r#"{"keepout_conformance":2,"dialect":"grbl","digit_mm":-1.0,"step_mm":0.1}"#, "line 1"),
+        (0, r#"{"keepout_conformance":3,"dialect":"grbl","digit_mm":-1.0,"step_mm":0.1}"#, "line 1"),
         (5, r#"{"at_us":5,"what":"nothing"}"#, "line 6"),
         (5, r#"{"at_us":-5,"what":{"sent":"?"}}"#, "line 6"),
-        (5, r#"{"at_us":99999999,"what":{"tool":{"at":{"x":null,"y":0.0},"kind":"jog"}}}"#, "line 6"),
+        (5, r#"{"at_us":99999999,"what":{"tool":{"at":[null,0.0],"kind":"jog"}}}"#, "line 6"),
         (5, r#"{"at_us":99999999,"what":{"sent":"\u0100"}}"#, "line 6"),
         (7, r#"{"at_us":0,"what":{"sent":"?"}}"#, "line 8: its time"),
     ] {

@@ -12,6 +12,7 @@ use std::time::Duration;
 use keepout_drives::interpolator::{Drives, QueuedMotion, StepOutcome};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 
 use super::controller::{Disturbance, SimulatedController};
@@ -22,13 +23,13 @@ pub struct SimSettings {
     /// The machine.
     pub machine: MachineProfile,
     /// The tool's position at power-up, machine coordinates, mm.
-    pub start_mm: (f64, f64),
+    pub start_mm: Mm2,
     /// Whether it is already homed.
     pub homed: bool,
     /// Duration of homing.
     pub homing: Duration,
     /// Work offset of G54, machine coordinates, mm: the origin of programmed motions.
-    pub work_offset_mm: (f64, f64),
+    pub work_offset_mm: Mm2,
     /// Optional behaviour.
     pub quirks: Quirks,
 }
@@ -37,13 +38,13 @@ impl SimSettings {
     /// A homed machine that starts at `start_mm`, machine coordinates, mm: homing takes 1 s, a work offset is
     /// set, and no optional behaviour.
     #[must_use]
-    pub fn of(machine: MachineProfile, start_mm: (f64, f64)) -> Self {
+    pub fn of(machine: MachineProfile, start_mm: Mm2) -> Self {
         Self {
             machine,
             start_mm,
             homed: true,
             homing: Duration::from_secs(1),
-            work_offset_mm: (-37.25, -21.5),
+            work_offset_mm: Mm2::new(-37.25, -21.5),
             quirks: Quirks::default(),
         }
     }
@@ -141,7 +142,7 @@ enum MotionMode {
 /// The unplanned motions of a line. The controller sends `ok` when all are planned.
 #[derive(Clone, Debug)]
 struct Waiting {
-    targets: VecDeque<(f64, f64)>,
+    targets: VecDeque<Mm2>,
     feed: f64,
     jog: bool,
 }
@@ -179,7 +180,7 @@ pub struct GrblSim {
     /// Whether a status query arrived meanwhile.
     asked_meanwhile: bool,
     /// True position minus the position that the controller counts, mm: zero until a power failure.
-    unknown_by: (f64, f64),
+    unknown_by: Mm2,
     samples: Vec<Sample>,
     lost_bytes: u64,
 }
@@ -222,7 +223,7 @@ impl GrblSim {
             cancelled: false,
             hangs: false,
             asked_meanwhile: false,
-            unknown_by: (0.0, 0.0),
+            unknown_by: Mm2::ZERO,
             samples: Vec::new(),
             lost_bytes: 0,
         }
@@ -242,8 +243,8 @@ impl GrblSim {
         let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };
         let kind = self.sample_kind();
         let (samples, by) = (&mut self.samples, self.unknown_by);
-        let outcome = self.motion.advance(step, |(x, y)| {
-            samples.push(Sample { at, position_mm: (x + by.0, y + by.1), kind });
+        let outcome = self.motion.advance(step, |corner| {
+            samples.push(Sample { at, position_mm: corner + by, kind });
         });
         match outcome {
             StepOutcome::Held => self.mode = Mode::Hold,
@@ -253,8 +254,7 @@ impl GrblSim {
             }
             StepOutcome::Going => {}
         }
-        let (x, y) = self.motion.position();
-        self.samples.push(Sample { at, position_mm: (x + by.0, y + by.1), kind });
+        self.samples.push(Sample { at, position_mm: self.motion.position() + by, kind });
         self.now = at;
         if self.deaf_until.is_some_and(|until| until <= at) {
             self.hear_again();
@@ -320,7 +320,7 @@ impl GrblSim {
             Mode::Alarm => "Alarm",
             Mode::Home(_) | Mode::Locked => return,
         };
-        let (x, y) = self.motion.position();
+        let Mm2 { x, y } = self.motion.position();
         let step =
             |c: f64| (c * self.settings.machine.steps_per_mm).round() / self.settings.machine.steps_per_mm;
         let mut text = format!("<{state}|MPos:{:.3},{:.3},0.000", step(x), step(y));
@@ -332,7 +332,7 @@ impl GrblSim {
         text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);
         let reports_offset = !self.is_hal() || self.report_mask & 32 != 0;
         if reports_offset && self.reports.is_multiple_of(OFFSET_EVERY) {
-            let (x, y) = self.work_offset();
+            let Mm2 { x, y } = self.work_offset();
             text += &format!("|WCO:{x:.3},{y:.3},0.000");
         }
         self.reports += 1;
@@ -341,8 +341,8 @@ impl GrblSim {
     }
 
     /// The active work offset: G54's as set up, G55's zero.
-    fn work_offset(&self) -> (f64, f64) {
-        if self.in_g54 { self.settings.work_offset_mm } else { (0.0, 0.0) }
+    fn work_offset(&self) -> Mm2 {
+        if self.in_g54 { self.settings.work_offset_mm } else { Mm2::ZERO }
     }
 
     fn feed_hold(&mut self) {
@@ -416,9 +416,8 @@ impl GrblSim {
     /// Simulates a power failure: the motion stops at once, and the controller counts from its present
     /// position. With homing enabled it locks, unless `wakes_unlocked` is set.
     fn brown_out(&mut self) {
-        let ((x, y), by) = (self.motion.position(), self.unknown_by);
-        self.motion = at_rest(&self.settings, (0.0, 0.0));
-        self.unknown_by = (x + by.0, y + by.1);
+        self.unknown_by += self.motion.position();
+        self.motion = at_rest(&self.settings, Mm2::ZERO);
         self.mode = Mode::Idle;
         self.tx.clear();
         self.reset();
@@ -429,8 +428,8 @@ impl GrblSim {
 
     /// Ends homing: the position is known again.
     fn homed(&mut self) {
-        let ((x, y), by) = (self.motion.position(), std::mem::take(&mut self.unknown_by));
-        self.motion = at_rest(&self.settings, (x + by.0, y + by.1));
+        let position = self.motion.position() + std::mem::take(&mut self.unknown_by);
+        self.motion = at_rest(&self.settings, position);
         self.mode = Mode::Idle;
         self.reply("ok");
     }
@@ -497,7 +496,7 @@ impl GrblSim {
 }
 
 /// The drives at rest at a position, machine coordinates, mm, with GRBL's default junction deviation (`$11`).
-fn at_rest(settings: &SimSettings, place_mm: (f64, f64)) -> QueuedMotion {
+fn at_rest(settings: &SimSettings, place_mm: Mm2) -> QueuedMotion {
     let motion = QueuedMotion::new(Drives::of(&settings.machine, 0.01), place_mm);
     if settings.quirks.stops_run_away { motion.with_runaway(settings.machine.steps_per_mm) } else { motion }
 }

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::{GrblSim, Mode, MotionMode, Waiting};
+use keepout_planner::Mm2;
 
 impl GrblSim {
     /// Executes a line. Returns whether its `ok` is due now.
@@ -67,7 +68,7 @@ impl GrblSim {
     }
 
     fn list_parameters(&mut self) {
-        let (x, y) = self.settings.work_offset_mm;
+        let Mm2 { x, y } = self.settings.work_offset_mm;
         self.reply(&format!("[G54:{x:.3},{y:.3},0.000]"));
         for name in ["G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92"] {
             self.reply(&format!("[{name}:0.000,0.000,0.000]"));
@@ -116,7 +117,7 @@ impl GrblSim {
         }
         let feed = value_of(&words, 'F').ok_or(22_u8)?;
         let relative = words.contains(&('G', 91.0));
-        let offset = if words.contains(&('G', 53.0)) { (0.0, 0.0) } else { self.work_offset() };
+        let offset = if words.contains(&('G', 53.0)) { Mm2::ZERO } else { self.work_offset() };
         let to = self.target(&words, !relative, offset)?;
         if self.is_beyond(to) {
             return Err(15);
@@ -162,7 +163,7 @@ impl GrblSim {
             return Err(22);
         }
         let in_machine = words.contains(&('G', 53.0));
-        let offset = if in_machine { (0.0, 0.0) } else { self.work_offset() };
+        let offset = if in_machine { Mm2::ZERO } else { self.work_offset() };
         let to = self.target(&words, self.absolute, offset)?;
         let targets = match self.motion_mode {
             MotionMode::Arc { left } => self.arc_chords(to, &words, left)?,
@@ -179,29 +180,24 @@ impl GrblSim {
         Ok(false)
     }
 
-    fn target(&self, words: &[(char, f64)], absolute: bool, offset: (f64, f64)) -> Result<(f64, f64), u8> {
+    fn target(&self, words: &[(char, f64)], absolute: bool, offset: Mm2) -> Result<Mm2, u8> {
         let end = self.motion.planned_end();
         let axis = |letter, from: f64, offset: f64| match value_of(words, letter) {
             Some(value) if absolute => value + offset,
             Some(value) => from + value,
             None => from,
         };
-        let to = (single(axis('X', end.0, offset.0)), single(axis('Y', end.1, offset.1)));
-        if to.0.is_finite() && to.1.is_finite() { Ok(to) } else { Err(2) }
+        let to = Mm2::new(single(axis('X', end.x, offset.x)), single(axis('Y', end.y, offset.y)));
+        if to.is_finite() { Ok(to) } else { Err(2) }
     }
 
     /// GRBL's `mc_arc`, in 32-bit floats as in the firmware. The number of chords is rounded down. A sweep on
     /// the wrong side of ±5e-7 rad becomes a full turn.
     #[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
-    fn arc_chords(
-        &self,
-        to: (f64, f64),
-        words: &[(char, f64)],
-        left: bool,
-    ) -> Result<VecDeque<(f64, f64)>, u8> {
+    fn arc_chords(&self, to: Mm2, words: &[(char, f64)], left: bool) -> Result<VecDeque<Mm2>, u8> {
         const EPSILON: f32 = 5e-7;
         let from = self.motion.planned_end();
-        let (x, y, to_x, to_y) = (from.0 as f32, from.1 as f32, to.0 as f32, to.1 as f32);
+        let (x, y, to_x, to_y) = (from.x as f32, from.y as f32, to.x as f32, to.y as f32);
         let (i, j) = match value_of(words, 'R') {
             Some(radius) => centre_of(to_x - x, to_y - y, radius as f32, left)?,
             None => (value_of(words, 'I').unwrap_or(0.0) as f32, value_of(words, 'J').unwrap_or(0.0) as f32),
@@ -226,14 +222,15 @@ impl GrblSim {
         let mut k = 1.0;
         while k < count {
             let phi = ry.atan2(rx) + turned * (k / count);
-            targets.push_back((f64::from(cx + radius * phi.cos()), f64::from(cy + radius * phi.sin())));
+            targets
+                .push_back(Mm2::new(f64::from(cx + radius * phi.cos()), f64::from(cy + radius * phi.sin())));
             k += 1.0;
         }
         targets.push_back(to);
         Ok(targets)
     }
 
-    fn is_beyond(&self, (x, y): (f64, f64)) -> bool {
+    fn is_beyond(&self, Mm2 { x, y }: Mm2) -> bool {
         let [width, height] = self.settings.machine.travel_mm;
         !(-width..=0.0).contains(&x) || !(-height..=0.0).contains(&y)
     }

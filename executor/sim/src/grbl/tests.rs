@@ -4,8 +4,8 @@ use super::*;
 
 fn idle() -> GrblSim {
     let settings = SimSettings {
-        work_offset_mm: (-30.0, -20.0),
-        ..SimSettings::of(MachineProfile::simulated(), (-100.0, -100.0))
+        work_offset_mm: Mm2::new(-30.0, -20.0),
+        ..SimSettings::of(MachineProfile::simulated(), Mm2::new(-100.0, -100.0))
     };
     let mut sim = GrblSim::new(settings);
     sim.transmit(&mut Vec::new());
@@ -67,7 +67,7 @@ fn line_that_waits_through_a_cancel_runs_from_where_the_tool_stopped() {
     assert_eq!(acknowledged, 15, "the sixteenth waits for planner space");
     sim.receive(0x85);
     say(&mut sim, b"", 3000);
-    let (x, _) = sim.motion.position();
+    let x = sim.motion.position().x;
     assert!((x - -84.0).abs() < 1e-6, "the tool moves to the waiting line's target: {x}");
 }
 
@@ -89,12 +89,12 @@ fn arcs_are_chords_inside_the_circle_in_work_coordinates() {
     let corners = samples(&mut sim);
     let places = corners.windows(2).flat_map(|pair| {
         let (a, b) = (pair[0].position_mm, pair[1].position_mm);
-        (0..=8).map(f64::from).map(move |k| (a.0 + (b.0 - a.0) * k / 8.0, a.1 + (b.1 - a.1) * k / 8.0))
+        (0..=8).map(f64::from).map(move |k| (a.x + (b.x - a.x) * k / 8.0, a.y + (b.y - a.y) * k / 8.0))
     });
     let off: Vec<f64> = places.map(|(x, y)| 10.0 - (x + 100.0).hypot(y + 90.0)).collect();
     let worst = off.iter().copied().fold(0.0_f64, f64::max);
     assert!(off.iter().all(|&off| off > -2e-5) && worst > 0.001 && worst < 4.0 * 0.002, "{worst}");
-    assert!((sim.motion.position().1 - -80.0).abs() < 1e-5);
+    assert!((sim.motion.position().y - -80.0).abs() < 1e-5);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn arc_of_almost_no_sweep_can_become_a_full_circle() {
     say(&mut sim, b"G21G90G17G94\n", 1);
     // 20 nm along a circle of 3 mm: below the resolution of single precision at −100 mm.
     say(&mut sim, b"G3X-69.99999998Y-80I0J3F3000\n", 3000);
-    let farthest = samples(&mut sim).iter().map(|s| s.position_mm.1 + 100.0).fold(0.0_f64, f64::max);
+    let farthest = samples(&mut sim).iter().map(|s| s.position_mm.y + 100.0).fold(0.0_f64, f64::max);
     assert!(farthest > 5.9, "the guard rejects such arcs for this reason: {farthest}");
 }
 
@@ -113,6 +113,6 @@ fn first_line_of_a_session_spoils_a_partial_line() {
         let mut sim = idle();
         let answer = say(&mut sim, format!("{half}$\n").as_bytes(), 1000);
         assert!(answer.contains("error:") && !answer.contains("ok"), "{half}: {answer}");
-        assert_eq!(sim.motion.position(), (-100.0, -100.0), "{half}");
+        assert_eq!(sim.motion.position(), Mm2::new(-100.0, -100.0), "{half}");
     }
 }

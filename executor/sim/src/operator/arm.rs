@@ -1,5 +1,6 @@
 //! The path from a person's intention to the stick: arm, reaction time, tremor, and a sticking stick.
 
+use keepout_planner::Mm2;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
@@ -9,19 +10,19 @@ pub(super) const DT: f64 = 0.01;
 /// The arm: a second-order lag, 10 rad/s, damping 0.7.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lag {
-    at: (f64, f64),
-    rate: (f64, f64),
+    at: Mm2,
+    rate: Mm2,
 }
 
 impl Lag {
-    pub(super) fn step(&mut self, to: (f64, f64)) -> (f64, f64) {
+    pub(super) fn step(&mut self, to: Mm2) -> Mm2 {
         const W: f64 = 10.0;
         let axis = |at: &mut f64, rate: &mut f64, to: f64| {
             *rate += (W * W * (to - *at) - 1.4 * W * *rate) * DT;
             *at += *rate * DT;
         };
-        axis(&mut self.at.0, &mut self.rate.0, to.0);
-        axis(&mut self.at.1, &mut self.rate.1, to.1);
+        axis(&mut self.at.x, &mut self.rate.x, to.x);
+        axis(&mut self.at.y, &mut self.rate.y, to.y);
         self.at
     }
 }
@@ -29,15 +30,15 @@ impl Lag {
 /// The reaction time: the operator acts on an earlier view.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reaction {
-    seen: VecDeque<(f64, f64)>,
+    seen: VecDeque<Mm2>,
 }
 
 impl Reaction {
     /// The view from `inputs` inputs ago; zero before that.
-    pub(super) fn step(&mut self, seen: (f64, f64), inputs: usize) -> (f64, f64) {
+    pub(super) fn step(&mut self, seen: Mm2, inputs: usize) -> Mm2 {
         self.seen.push_back(seen);
         let due = if self.seen.len() > inputs { self.seen.pop_front() } else { None };
-        due.unwrap_or((0.0, 0.0))
+        due.unwrap_or_default()
     }
 }
 
@@ -57,9 +58,9 @@ struct Wave {
 
 impl Tremor {
     /// The deflection of one input, with an amplitude from half of `most` to `most`.
-    pub(super) fn step(&mut self, most: f64, random: &mut fastrand::Rng) -> (f64, f64) {
+    pub(super) fn step(&mut self, most: f64, random: &mut fastrand::Rng) -> Mm2 {
         let [x, y] = self.axes.each_mut().map(|wave| wave.step(random) * most);
-        (x, y)
+        Mm2::new(x, y)
     }
 }
 
@@ -80,13 +81,13 @@ impl Wave {
 /// stop.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sticking {
-    held: Option<(f64, f64)>,
+    held: Option<Mm2>,
     until: f64,
 }
 
 impl Sticking {
     /// The stick's deflection at `t` seconds, when the hand wants `wanted`.
-    pub(super) fn step(&mut self, wanted: (f64, f64), t: f64, random: &mut fastrand::Rng) -> (f64, f64) {
+    pub(super) fn step(&mut self, wanted: Mm2, t: f64, random: &mut fastrand::Rng) -> Mm2 {
         if t >= self.until {
             let free = self.held.is_some() || self.until == 0.0;
             self.until = t + if free { 1.0 + 3.0 * random.f64() } else { 1.0 + 4.0 * random.f64() };
@@ -97,9 +98,9 @@ impl Sticking {
     }
 }
 
-fn at_its_stop((x, y): (f64, f64)) -> (f64, f64) {
-    let length = x.hypot(y);
-    if length > 0.0 { (x / length, y / length) } else { (1.0, 0.0) }
+fn at_its_stop(wanted: Mm2) -> Mm2 {
+    let length = wanted.length();
+    if length > 0.0 { wanted / length } else { Mm2::new(1.0, 0.0) }
 }
 
 #[cfg(test)]
@@ -110,7 +111,7 @@ mod tests {
     fn tremor_has_8_to_12_hertz() {
         let mut random = fastrand::Rng::with_seed(3);
         let mut tremor = Tremor::default();
-        let waves: Vec<f64> = (0..6000).map(|_| tremor.step(0.2, &mut random).0).collect();
+        let waves: Vec<f64> = (0..6000).map(|_| tremor.step(0.2, &mut random).x).collect();
         let rises = waves.windows(2).filter(|pair| pair[0] < 0.0 && pair[1] >= 0.0).count();
         assert!((8 * 60..=12 * 60).contains(&rises), "{rises} periods in 60 s");
         assert!(waves.iter().all(|wave| wave.abs() <= 0.2) && waves.iter().any(|wave| wave.abs() > 0.15));
@@ -119,7 +120,7 @@ mod tests {
     #[test]
     fn reaction_follows_the_view_after_the_reaction_time() {
         let mut reaction = Reaction::default();
-        let answers: Vec<f64> = (1..=30).map(|i| reaction.step((f64::from(i), 0.0), 20).0).collect();
+        let answers: Vec<f64> = (1..=30).map(|i| reaction.step(Mm2::new(f64::from(i), 0.0), 20).x).collect();
         assert!(answers[..20].iter().all(|answer| *answer == 0.0));
         assert_eq!(answers[20..], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
     }

@@ -13,7 +13,7 @@ mod script;
 pub mod trace;
 
 use keepout_executor::operator::Operator;
-pub use models::{Model, ModelKind, toward};
+pub use models::{Model, ModelKind};
 pub use recorder::Recorder;
 pub use rounds::Rounds;
 pub use script::{Script, ScriptError};
@@ -65,6 +65,7 @@ mod tests {
     use keepout_executor::operator::OperatorView;
     use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
     use keepout_guard::Time;
+    use keepout_planner::Mm2;
 
     use super::*;
 
@@ -73,8 +74,8 @@ mod tests {
         OperatorView {
             end_mm: None,
             unacknowledged: 0,
-            position_mm: Some((-20.0, 10.0)),
-            wall_mm: Some((0.0, 10.0)),
+            position_mm: Some(Mm2::new(-20.0, 10.0)),
+            wall_mm: Some(Mm2::new(0.0, 10.0)),
             part_box_mm: (0.0, 0.0, 100.0, 60.0),
             phase,
             contoured: false,

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 
 use super::arm::{DT, Lag, Reaction, Sticking, Tremor};
 
@@ -66,11 +67,11 @@ pub struct Model {
     began: Option<Time>,
     armed_since: Option<Time>,
     over: bool,
-    goal: (f64, f64),
+    goal: Mm2,
     until: f64,
     variant: f64,
     hand: Lag,
-    drift: (f64, f64),
+    drift: Mm2,
     reaction: Reaction,
     tremor: Tremor,
     sticking: Sticking,
@@ -87,18 +88,18 @@ impl Model {
             began: None,
             armed_since: None,
             over: false,
-            goal: (0.0, 0.0),
+            goal: Mm2::ZERO,
             until: 0.0,
             variant: 0.0,
             hand: Lag::default(),
-            drift: (0.0, 0.0),
+            drift: Mm2::ZERO,
             reaction: Reaction::default(),
             tremor: Tremor::default(),
             sticking: Sticking::default(),
         }
     }
 
-    fn steer(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
+    fn steer(&mut self, view: &OperatorView, t: f64) -> Mm2 {
         match self.kind {
             ModelKind::Calm => self.calm(view, t),
             ModelKind::Random => self.random(t),
@@ -109,62 +110,59 @@ impl Model {
         }
     }
 
-    fn calm(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
-        let Some((x, y)) = self.go_around(view, t, REACTION) else { return (0.0, 0.0) };
+    fn calm(&mut self, view: &OperatorView, t: f64) -> Mm2 {
+        let Some(wanted) = self.go_around(view, t, REACTION) else { return Mm2::ZERO };
         let tremor = 0.002 * (TAU * 9.0 * t).sin();
         let remnant = 1.0 + 0.05 * (self.random.f64() - 0.5);
-        (x * remnant + tremor, y * remnant - tremor)
+        wanted * remnant + Mm2::new(tremor, -tremor)
     }
 
-    fn jittery(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
-        let (x, y) = self.go_around(view, t, QUICK_REACTION).unwrap_or((0.0, 0.0));
-        let tremor = self.tremor.step(TREMOR, &mut self.random);
-        (x + tremor.0, y + tremor.1)
+    fn jittery(&mut self, view: &OperatorView, t: f64) -> Mm2 {
+        let wanted = self.go_around(view, t, QUICK_REACTION).unwrap_or_default();
+        wanted + self.tremor.step(TREMOR, &mut self.random)
     }
 
-    fn stuck(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
-        let wanted = self.go_around(view, t, REACTION).unwrap_or((0.0, 0.0));
+    fn stuck(&mut self, view: &OperatorView, t: f64) -> Mm2 {
+        let wanted = self.go_around(view, t, REACTION).unwrap_or_default();
         self.sticking.step(wanted, t, &mut self.random)
     }
 
     /// The arm's stick deflection on the way from place to place; `None` while the position is unknown.
-    fn go_around(&mut self, view: &OperatorView, t: f64, reaction: usize) -> Option<(f64, f64)> {
+    fn go_around(&mut self, view: &OperatorView, t: f64, reaction: usize) -> Option<Mm2> {
         let position = view.position_mm?;
         if t >= self.until {
             self.goal = self.place_around(view.part_box_mm);
             self.until = t + 2.0 + 4.0 * self.random.f64();
         }
-        let error = (self.goal.0 - position.0, self.goal.1 - position.1);
-        let (ex, ey) = self.reaction.step(error, reaction);
-        let far = ex.hypot(ey).max(1e-9);
+        let error = self.reaction.step(self.goal - position, reaction);
+        let far = error.length().max(1e-9);
         // Full use of the stick (0.6) beyond 20 mm, less at smaller distances.
         let want = (far / 20.0).min(1.0) * 0.6;
-        Some(self.hand.step((ex / far * want, ey / far * want)))
+        Some(self.hand.step(error / far * want))
     }
 
     /// A random place in the box around the part, grown by a fifth: outside the part, near it, or on it.
-    fn place_around(&mut self, (x0, y0, x1, y1): (f64, f64, f64, f64)) -> (f64, f64) {
+    fn place_around(&mut self, (x0, y0, x1, y1): (f64, f64, f64, f64)) -> Mm2 {
         let (w, h) = (x1 - x0, y1 - y0);
-        (x0 + w * (1.4 * self.random.f64() - 0.2), y0 + h * (1.4 * self.random.f64() - 0.2))
+        Mm2::new(x0 + w * (1.4 * self.random.f64() - 0.2), y0 + h * (1.4 * self.random.f64() - 0.2))
     }
 
     /// An Ornstein–Uhlenbeck process, 0.15 s and 0.5 of full scale, with sudden steps.
-    fn random(&mut self, t: f64) -> (f64, f64) {
+    fn random(&mut self, t: f64) -> Mm2 {
         let noise = |random: &mut fastrand::Rng| (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
         let (decay, kick) = ((-DT / 0.15_f64).exp(), 0.5 * (1.0 - (-2.0 * DT / 0.15_f64).exp()).sqrt());
-        self.drift.0 = self.drift.0 * decay + kick * noise(&mut self.random);
-        self.drift.1 = self.drift.1 * decay + kick * noise(&mut self.random);
+        self.drift.x = self.drift.x * decay + kick * noise(&mut self.random);
+        self.drift.y = self.drift.y * decay + kick * noise(&mut self.random);
         if t >= self.until {
             self.until = t + 0.1 + 1.5 * self.random.f64();
-            let phi = TAU * self.random.f64();
-            self.goal = (phi.cos(), phi.sin());
+            self.goal = Mm2::unit(TAU * self.random.f64());
         }
-        (self.drift.0 + self.goal.0, self.drift.1 + self.goal.1)
+        self.drift + self.goal
     }
 
     /// Full deflection at the wall: straight, grazing by 5°, along it, and released 50 ms before each change.
-    fn wall(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
-        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return (0.0, 0.0) };
+    fn wall(&mut self, view: &OperatorView, t: f64) -> Mm2 {
+        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return Mm2::ZERO };
         if t >= self.until {
             self.until = t + 0.3 + 1.7 * self.random.f64();
             let graze = 5.0_f64.to_radians();
@@ -172,29 +170,21 @@ impl Model {
             self.variant = variants[self.random.usize(0..variants.len())];
         }
         if self.variant.is_nan() && t + 0.05 > self.until {
-            return (0.0, 0.0);
+            return Mm2::ZERO;
         }
         let turn = if self.variant.is_nan() { 0.0 } else { self.variant };
-        toward(position, wall, turn)
+        position.direction_to(wall).turned(turn)
     }
 
-    fn reversal(&mut self, view: &OperatorView, t: f64) -> (f64, f64) {
-        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return (0.0, 0.0) };
+    fn reversal(&mut self, view: &OperatorView, t: f64) -> Mm2 {
+        let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else { return Mm2::ZERO };
         if t >= self.until {
             self.until = t + 0.1 + 0.9 * self.random.f64();
             self.variant = if self.variant == 0.0 { std::f64::consts::PI } else { 0.0 };
-            self.goal.0 = 2.4 * (self.random.f64() - 0.5);
+            self.goal.x = 2.4 * (self.random.f64() - 0.5);
         }
-        toward(position, wall, self.variant + self.goal.0)
+        position.direction_to(wall).turned(self.variant + self.goal.x)
     }
-}
-
-/// The unit vector from one point toward another, turned by an angle.
-pub fn toward(from: (f64, f64), to: (f64, f64), turn: f64) -> (f64, f64) {
-    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-    let length = dx.hypot(dy).max(1e-9);
-    let (x, y) = (dx / length, dy / length);
-    (x * turn.cos() - y * turn.sin(), x * turn.sin() + y * turn.cos())
 }
 
 impl Operator for Model {
@@ -222,8 +212,11 @@ impl Operator for Model {
         // After an interrupted contour the tool stands inside the jogging clearance: the model leads it away
         // first.
         let turn = if view.phase == Phase::Escaping { std::f64::consts::PI } else { 0.0 };
-        let (x, y) = toward(position, wall, turn);
-        OperatorInput { velocity: (x * APPROACH, y * APPROACH), armed: true, ..OperatorInput::default() }
+        OperatorInput {
+            velocity: position.direction_to(wall).turned(turn) * APPROACH,
+            armed: true,
+            ..OperatorInput::default()
+        }
     }
 
     fn command(&mut self) -> Option<OperatorCommand> {
@@ -237,16 +230,16 @@ mod tests {
     use crate::operator::tests::view;
 
     /// The inputs of a model during a minute. The tool follows them at up to 50 mm/s.
-    fn minute(kind: ModelKind, seed: u64) -> Vec<(f64, f64)> {
+    fn minute(kind: ModelKind, seed: u64) -> Vec<Mm2> {
         let mut model = Model::new(kind, 100.0, seed);
         let mut view = view(Phase::Manual);
-        let mut at = (-20.0, 10.0);
+        let mut at = Mm2::new(-20.0, 10.0);
         (0..6000)
             .map(|i| {
                 view.position_mm = Some(at);
-                let (x, y) = model.input(&view, Time::from_micros(i * 10_000)).velocity;
-                at = (at.0 + 0.5 * x, at.1 + 0.5 * y);
-                (x, y)
+                let velocity = model.input(&view, Time::from_micros(i * 10_000)).velocity;
+                at += velocity * 0.5;
+                velocity
             })
             .collect()
     }
@@ -258,7 +251,7 @@ mod tests {
             let first = minute(kind, 7);
             assert_eq!(first, minute(kind, 7), "{name}");
             assert_ne!(first, minute(kind, 8), "{name}");
-            assert!(first.iter().any(|(x, y)| x.hypot(*y) > 0.1), "{name}");
+            assert!(first.iter().any(|velocity| velocity.length() > 0.1), "{name}");
         }
     }
 
@@ -268,7 +261,7 @@ mod tests {
         // The part faster than the arm: the difference to the mean over 0.1 s.
         let quick: Vec<f64> = inputs
             .windows(11)
-            .map(|around| around[5].0 - around.iter().map(|input| input.0).sum::<f64>() / 11.0)
+            .map(|around| around[5].x - around.iter().map(|input| input.x).sum::<f64>() / 11.0)
             .collect();
         let rises = quick.windows(2).filter(|pair| pair[0] < 0.0 && pair[1] >= 0.0).count();
         assert!((8 * 59..=12 * 61).contains(&rises), "{rises} periods in a minute");
@@ -282,7 +275,7 @@ mod tests {
         let mut same = 0;
         for pair in inputs.windows(2) {
             same = if pair[0] == pair[1] { same + 1 } else { 0 };
-            let full = usize::from((pair[1].0.hypot(pair[1].1) - 1.0).abs() < 1e-9);
+            let full = usize::from((pair[1].x.hypot(pair[1].y) - 1.0).abs() < 1e-9);
             longest[full] = longest[full].max(same);
         }
         assert!(longest[0] > 150 && longest[1] > 90, "{longest:?} inputs");

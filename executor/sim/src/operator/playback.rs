@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput};
+use keepout_planner::Mm2;
 
 /// An input, and a command that the operator gives with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,12 +46,12 @@ impl Playback {
     /// wait for the next call.
     pub(super) fn at(&mut self, time: Duration) -> OperatorInput {
         let before = self.current();
-        let mut turned_mm = (0.0, 0.0);
+        let mut turned_mm = Mm2::ZERO;
         while let Some(&Step { at, input, command }) = self.steps.get(self.played)
             && at <= time
         {
             self.played += 1;
-            turned_mm = (turned_mm.0 + input.turned_mm.0, turned_mm.1 + input.turned_mm.1);
+            turned_mm += input.turned_mm;
             self.command = command;
             let next = self.steps.get(self.played);
             let command_follows = next.is_some_and(|next| next.at == at && next.command.is_some());
@@ -93,7 +94,7 @@ mod tests {
     #[test]
     fn turns_are_given_once_and_commands_are_not_skipped() {
         let turn = |at, x| {
-            let input = OperatorInput { turned_mm: (x, 0.0), ..OperatorInput::default() };
+            let input = OperatorInput { turned_mm: Mm2::new(x, 0.0), ..OperatorInput::default() };
             Step { at: ms(at), input, command: None }
         };
         let hold = Some(OperatorCommand::FeedHold);
@@ -106,7 +107,7 @@ mod tests {
         ];
         let mut playback = Playback::new(steps);
         assert_eq!(playback.at(ms(0)), OperatorInput::default());
-        let played: Vec<_> = (0..4).map(|_| (playback.at(ms(100)).turned_mm.0, playback.command())).collect();
+        let played: Vec<_> = (0..4).map(|_| (playback.at(ms(100)).turned_mm.x, playback.command())).collect();
         assert_eq!(played, [(3.0, hold), (0.0, hold), (4.0, None), (0.0, None)]);
         assert!(playback.over());
     }

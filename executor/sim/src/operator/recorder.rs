@@ -8,6 +8,7 @@ use std::time::Duration;
 use keepout_executor::operator::{Operator, OperatorView, Panel};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 
 use super::trace::{FLAGS, HEADER, LINES_MAX, TRACE, TraceError};
 
@@ -64,7 +65,7 @@ impl<O, W: Write> Recorder<O, W> {
         let at = now.since(*self.began.get_or_insert(now));
         self.noted = at;
         // Turns are sums since the previous input, so an equal turn is a new one.
-        let changed = self.last.as_ref() != Some(input) || input.turned_mm != (0.0, 0.0);
+        let changed = self.last.as_ref() != Some(input) || input.turned_mm != Mm2::ZERO;
         if changed {
             self.last = Some(*input);
             self.write(&line_of(at, input, None));
@@ -108,7 +109,7 @@ impl<O: Operator, W: Write> Operator for Recorder<O, W> {
     fn command(&mut self) -> Option<OperatorCommand> {
         let command = self.operator.command()?;
         if let Some(last) = self.last.filter(|_| self.notes) {
-            let still = OperatorInput { turned_mm: (0.0, 0.0), ..last };
+            let still = OperatorInput { turned_mm: Mm2::ZERO, ..last };
             self.write(&line_of(self.noted, &still, Some(command)));
         }
         Some(command)
@@ -131,9 +132,9 @@ impl<O, W: Write> Drop for Recorder<O, W> {
 
 /// The line of an input and a command. A velocity or turn that is not finite is written as zero.
 fn line_of(at: Duration, input: &OperatorInput, command: Option<OperatorCommand>) -> String {
-    let pair = |(x, y): (f64, f64)| if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
-    let ((x, y), (turned_x, turned_y)) = (pair(input.velocity), pair(input.turned_mm));
-    let mut line = format!("{} {x} {y} {turned_x} {turned_y} ", stamp(at));
+    let [velocity, turned] =
+        [input.velocity, input.turned_mm].map(|pair| if pair.is_finite() { pair } else { Mm2::ZERO });
+    let mut line = format!("{} {} {} {} {} ", stamp(at), velocity.x, velocity.y, turned.x, turned.y);
     line.extend(input.armed.then_some('a'));
     line.extend(FLAGS.iter().filter(|flag| command == Some(flag.1)).map(|flag| flag.0));
     if !input.armed && command.is_none() {
@@ -177,8 +178,12 @@ mod tests {
         (0..500)
             .map(|_| {
                 let input = OperatorInput {
-                    velocity: (number(&mut random), number(&mut random)),
-                    turned_mm: if random.u8(0..3) == 0 { (number(&mut random), 0.5) } else { (0.0, 0.0) },
+                    velocity: Mm2::new(number(&mut random), number(&mut random)),
+                    turned_mm: if random.u8(0..3) == 0 {
+                        Mm2::new(number(&mut random), 0.5)
+                    } else {
+                        Mm2::ZERO
+                    },
                     armed: random.bool(),
                 };
                 (input, commands[random.usize(0..commands.len())])
@@ -229,7 +234,7 @@ mod tests {
     #[test]
     fn only_changes_are_written() {
         let mut file = Vec::new();
-        let still = OperatorInput { velocity: (0.1, 0.0), ..OperatorInput::default() };
+        let still = OperatorInput { velocity: Mm2::new(0.1, 0.0), ..OperatorInput::default() };
         let mut recorder =
             Recorder::new(Prescribed::new(vec![(still, None); 300]), &mut file, Panel::default());
         for i in 0..300 {
@@ -252,7 +257,7 @@ mod tests {
             }
         }
         let panel = Panel::default();
-        let input = OperatorInput { velocity: (1.0, 0.0), ..OperatorInput::default() };
+        let input = OperatorInput { velocity: Mm2::new(1.0, 0.0), ..OperatorInput::default() };
         let mut recorder = Recorder::new(Prescribed::new(vec![(input, None)]), Full, panel.clone());
         assert_eq!(recorder.input(&view(Phase::Manual), Time::ZERO), input);
         assert!(panel.notices()[0].contains("cannot be written"));

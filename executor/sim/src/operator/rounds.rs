@@ -5,6 +5,7 @@ use std::time::Duration;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 
 use super::arm::{Lag, Reaction};
 
@@ -26,7 +27,7 @@ const PROGRESS_MM: f64 = 0.2;
 /// cannot reach.
 #[derive(Clone, Debug)]
 pub struct Rounds {
-    places: Vec<(f64, f64)>,
+    places: Vec<Mm2>,
     speed_mm_s: f64,
     /// Distance at which a place counts as reached, mm.
     reach_mm: f64,
@@ -42,7 +43,7 @@ impl Rounds {
     /// An operator for a tool with a top speed of `speed_mm_s`. A place counts as reached within `reach_mm`.
     /// The operator gives it up if the tool comes no nearer for `patience`.
     #[must_use]
-    pub fn new(places: Vec<(f64, f64)>, (speed_mm_s, reach_mm): (f64, f64), patience: Duration) -> Self {
+    pub fn new(places: Vec<Mm2>, speed_mm_s: f64, reach_mm: f64, patience: Duration) -> Self {
         Self {
             places,
             speed_mm_s,
@@ -70,19 +71,19 @@ impl Operator for Rounds {
             return OperatorInput::default();
         };
         let Some(place) = self.places.get(self.next).copied() else { return OperatorInput::default() };
-        let way = (place.0 - position.0, place.1 - position.1);
-        let far = way.0.hypot(way.1);
+        let way = place - position;
+        let far = way.length();
         if far < self.nearest_mm - PROGRESS_MM {
             (self.nearest_mm, self.since) = (far, now);
         }
         if far < self.reach_mm || now.since(self.since) > self.patience {
             self.go_on(now);
         }
-        let (x, y) = self.reaction.step(way, REACTION);
-        let seen_far = x.hypot(y).max(1e-9);
+        let seen = self.reaction.step(way, REACTION);
+        let seen_far = seen.length().max(1e-9);
         let speed_mm_s = (seen_far / SLOWS_S).clamp(LEAST_MM_S, CAREFUL_MM_S);
         let deflection = (speed_mm_s / self.speed_mm_s).clamp(LEAST_TILT, 1.0);
-        let velocity = self.hand.step((x / seen_far * deflection, y / seen_far * deflection));
+        let velocity = self.hand.step(seen / seen_far * deflection);
         OperatorInput { velocity, ..OperatorInput::default() }
     }
 
@@ -99,10 +100,10 @@ mod tests {
     /// The operator reaches one place after the other, gives up the unreachable one, and ends.
     #[test]
     fn rounds_visit_reachable_places_and_end() {
-        let places = vec![(30.0, 0.0), (30.0, 40.0), (-60.0, 40.0)];
-        let mut rounds = Rounds::new(places, (20.0, 1.0), Duration::from_secs(2));
+        let places = [(30.0, 0.0), (30.0, 40.0), (-60.0, 40.0)].map(Mm2::from);
+        let mut rounds = Rounds::new(places.to_vec(), 20.0, 1.0, Duration::from_secs(2));
         let mut view = view(Phase::Manual);
-        let (mut at, mut passed) = ((0.0, 0.0), [false; 3]);
+        let (mut at, mut passed) = (Mm2::ZERO, [false; 3]);
         for tick in 0..4000_u64 {
             view.position_mm = Some(at);
             let input = rounds.input(&view, Time::from_micros(tick * 10_000));
@@ -111,9 +112,10 @@ mod tests {
                 return;
             }
             // A wall at −20 mm.
-            at = (f64::max(at.0 + 0.2 * input.velocity.0, -20.0), at.1 + 0.2 * input.velocity.1);
-            for (passed, place) in passed.iter_mut().zip([(30.0, 0.0), (30.0, 40.0), (-60.0, 40.0)]) {
-                *passed |= f64::hypot(at.0 - place.0, at.1 - place.1) < 1.5;
+            at += input.velocity * 0.2;
+            at.x = at.x.max(-20.0);
+            for (passed, &place) in passed.iter_mut().zip(&places) {
+                *passed |= at.distance(place) < 1.5;
             }
         }
         panic!("the rounds do not end: at {at:?}");

@@ -22,6 +22,7 @@ use std::time::Duration;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::file::{FileError, FileKind};
 use thiserror::Error;
 
@@ -103,14 +104,14 @@ fn step(content: &str, armed: bool) -> Option<Step> {
     let fields: Vec<&str> = content.split_whitespace().collect();
     let (at, rest) = fields.split_first()?;
     let at = number(at).and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())?;
-    let pair = |x: &str, y: &str| Some((number(x)?, number(y)?));
+    let pair = |x: &str, y: &str| Some(Mm2::new(number(x)?, number(y)?));
     let still = OperatorInput { armed, ..OperatorInput::default() };
     let (input, command) = match *rest {
         ["quit"] => (OperatorInput::default(), Some(OperatorCommand::Stop)),
         [word] => (still, Some(command(word)?)),
         ["turn", dx, dy] => (OperatorInput { turned_mm: pair(dx, dy)?, ..still }, None),
         [x, y] => (OperatorInput { velocity: pair(x, y)?, ..OperatorInput::default() }, None),
-        [x, y, "auto"] => (OperatorInput { velocity: pair(x, y)?, armed: true, turned_mm: (0.0, 0.0) }, None),
+        [x, y, "auto"] => (OperatorInput { velocity: pair(x, y)?, armed: true, turned_mm: Mm2::ZERO }, None),
         _ => return None,
     };
     Some(Step { at, input, command })
@@ -136,7 +137,7 @@ impl Operator for Script {
         }
         let already_over = self.playback.over();
         let input = self.playback.at(now.since(*self.began.get_or_insert(now)));
-        let is_due = !already_over && (self.playback.has_command() || input.turned_mm != (0.0, 0.0));
+        let is_due = !already_over && (self.playback.has_command() || input.turned_mm != Mm2::ZERO);
         let finished = !input.armed || view.contoured && view.phase.is_steered();
         if self.playback.over() && finished && !is_due { self.playback.stop() } else { input }
     }
@@ -182,13 +183,13 @@ mod tests {
             let input = script.input(&view(Phase::Manual), Time::from_micros(millis * 1000));
             (input, script.command())
         };
-        assert_eq!(given(0, &mut script).0.velocity, (0.0, 0.3));
+        assert_eq!(given(0, &mut script).0.velocity, Mm2::new(0.0, 0.3));
         let (input, command) = given(1500, &mut script);
-        assert!(input.armed && input.velocity == (0.0, 0.0) && command == Some(OperatorCommand::FeedHold));
+        assert!(input.armed && input.velocity == Mm2::ZERO && command == Some(OperatorCommand::FeedHold));
         assert_eq!(given(1510, &mut script).1, None, "once");
         assert_eq!(given(2500, &mut script).1, Some(OperatorCommand::CycleStart));
-        assert_eq!(given(3000, &mut script).0.turned_mm, (0.05, -0.1));
-        assert_eq!(given(3010, &mut script).0.turned_mm, (0.0, 0.0));
+        assert_eq!(given(3000, &mut script).0.turned_mm, Mm2::new(0.05, -0.1));
+        assert_eq!(given(3010, &mut script).0.turned_mm, Mm2::ZERO);
         assert_eq!(given(4000, &mut script).1, Some(OperatorCommand::Recover));
         assert!(!given(5000, &mut script).0.armed);
         assert_eq!(given(6000, &mut script), (OperatorInput::default(), Some(OperatorCommand::Stop)));
@@ -197,7 +198,7 @@ mod tests {
     #[test]
     fn last_line_is_given_before_quitting() {
         let mut script = Script::parse("0 turn 1 0").unwrap();
-        assert_eq!(script.input(&view(Phase::Manual), Time::ZERO).turned_mm, (1.0, 0.0));
+        assert_eq!(script.input(&view(Phase::Manual), Time::ZERO).turned_mm, Mm2::new(1.0, 0.0));
         assert_eq!(script.command(), None);
         script.input(&view(Phase::Manual), Time::from_micros(1));
         assert_eq!(script.command(), Some(OperatorCommand::Stop));

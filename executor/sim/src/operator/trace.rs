@@ -21,6 +21,7 @@ use std::time::Duration;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::file::{FileError, FileKind};
 use thiserror::Error;
 
@@ -121,7 +122,7 @@ impl Operator for TraceOperator {
         }
         let time = now.since(*self.began.get_or_insert(now));
         let input = self.playback.at(time);
-        let due = self.playback.has_command() || input.turned_mm != (0.0, 0.0);
+        let due = self.playback.has_command() || input.turned_mm != Mm2::ZERO;
         if !self.playback.over() || time <= self.end || due {
             input
         } else if view.phase == Phase::Contouring {
@@ -168,7 +169,7 @@ fn parse(line: &str, last: Option<Duration>) -> Result<Parsed, &'static str> {
         ["end"] => Ok(Parsed::End(at)),
         [x, y, turned_x, turned_y, flags] => {
             let wrong = "a number is missing or not finite";
-            let pair = |x, y| Some((number(x)?, number(y)?));
+            let pair = |x, y| Some(Mm2::new(number(x)?, number(y)?));
             let velocity = pair(x, y).ok_or(wrong)?;
             let turned_mm = pair(turned_x, turned_y).ok_or(wrong)?;
             let (armed, command) = flags_of(flags).ok_or("the flags are not - or a and one of p, r, f, q")?;

@@ -7,6 +7,7 @@ use keepout_executor::session::Sample;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_sim::session::{Scene, SimRun};
 use keepout_sim::{PositioningError, SimMachine, SimSettings, speaking};
 
@@ -17,7 +18,10 @@ pub struct Cable(pub Rc<RefCell<SimMachine>>);
 impl Cable {
     pub fn to(work: &PreparedPlan, run: &SimRun, scene: &Scene) -> Self {
         let start = point_on_machine(work, scene);
-        let sim = SimSettings { work_offset_mm: (-3.0, -4.0), ..SimSettings::of(run.machine.clone(), start) };
+        let sim = SimSettings {
+            work_offset_mm: Mm2::new(-3.0, -4.0),
+            ..SimSettings::of(run.machine.clone(), start)
+        };
         let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
         let machine = SimMachine::new(speaking(&run.dialect, sim), run.baud, run.latency, positioning_error);
         Self(Rc::new(RefCell::new(machine)))
@@ -31,7 +35,7 @@ impl Cable {
     }
 }
 
-fn point_on_machine(work: &PreparedPlan, scene: &Scene) -> (f64, f64) {
+fn point_on_machine(work: &PreparedPlan, scene: &Scene) -> Mm2 {
     let start = keepout_executor::session::start_inside(&work.plan).unwrap();
     keepout_planner::units::point_mm(start.translated(scene.offset()).unwrap())
 }

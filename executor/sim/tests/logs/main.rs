@@ -15,6 +15,7 @@ use keepout_executor::session::{
 };
 use keepout_executor::supervisor::{Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
@@ -80,7 +81,7 @@ fn sessions_replay_without_difference() {
     for (name, operator, homed) in
         [("home", "wall", false), ("homed", "random", true), ("calm", "calm", true)]
     {
-        let start = homed.then(|| keepout_planner::units::point_from_mm((-30.0, -30.0)).unwrap());
+        let start = homed.then(|| keepout_planner::units::point_from_mm(Mm2::new(-30.0, -30.0)).unwrap());
         let run = SimRun { start, feed_mm_min: 3000, seed: 4, ..SimRun::default() };
         let (path, ended) = logged(name, &work, &run, operator::named(operator, 8.0, 4).unwrap());
         assert_eq!(ended, Ended::Done);

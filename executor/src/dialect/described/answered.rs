@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use keepout_kernel::{Point, UNITS_PER_MM, Vector};
+use keepout_planner::Mm2;
 
 use super::axes::Values;
 use super::heard::{Asked, For, Heard};
@@ -80,13 +81,7 @@ impl Described {
     }
 
     /// Continues after an answer with a state.
-    fn seen(
-        &mut self,
-        purpose: For,
-        mode: Mode,
-        place: Option<(f64, f64)>,
-        out: &mut Vec<u8>,
-    ) -> Option<Reply> {
+    fn seen(&mut self, purpose: For, mode: Mode, place: Option<Mm2>, out: &mut Vec<u8>) -> Option<Reply> {
         match (purpose, mode) {
             (For::Contour, _) if self.description.queues => Some(Reply::Accepted),
             (For::Query | For::Contour, _) => {
@@ -100,7 +95,7 @@ impl Described {
     }
 
     /// Continues after an answer with a position, which follows the state.
-    fn placed(&mut self, purpose: For, place: (f64, f64), out: &mut Vec<u8>) -> Option<Reply> {
+    fn placed(&mut self, purpose: For, place: Mm2, out: &mut Vec<u8>) -> Option<Reply> {
         let at = self.description.point(place);
         if purpose == For::Contour {
             return self.arrived(at, out);

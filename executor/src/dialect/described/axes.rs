@@ -2,6 +2,7 @@
 
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Point, UNITS_PER_MM, Vector};
+use keepout_planner::Mm2;
 
 use super::description::{Description, Figure};
 use super::template::{Slot, Template};
@@ -40,7 +41,7 @@ impl Description {
     }
 
     /// The machine point from the controller's numbers.
-    pub(super) fn point(&self, (a, b): (f64, f64)) -> Option<Point> {
+    pub(super) fn point(&self, Mm2 { x: a, y: b }: Mm2) -> Option<Point> {
         let Description { coordinate, swap, invert, zero, .. } = *self;
         let axis = |written: f64, zero: i64, invert: bool| {
             let zero = f64::from(i32::try_from(zero).ok()?);

@@ -3,6 +3,7 @@
 use super::description::{Accepted, Description};
 use super::template::{Captures, Slot};
 use crate::supervisor::Mode;
+use keepout_planner::Mm2;
 
 /// The purpose of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,8 +34,8 @@ pub(super) enum Asked {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Heard {
     Accepted,
-    Status(Mode, Option<(f64, f64)>),
-    Position((f64, f64)),
+    Status(Mode, Option<Mm2>),
+    Position(Mm2),
     Error { code: u16, transient: bool },
 }
 
@@ -46,7 +47,8 @@ impl Description {
             let code = captures.text(Slot::Code).and_then(|code| code.parse().ok()).unwrap_or(0);
             return Some(Heard::Error { code, transient });
         }
-        let place = |captures: &Captures<'_>| Some((captures.number(Slot::X)?, captures.number(Slot::Y)?));
+        let place =
+            |captures: &Captures<'_>| Some(Mm2::new(captures.number(Slot::X)?, captures.number(Slot::Y)?));
         match asked? {
             Asked::Say(_) => match &self.accepted {
                 Accepted::Answer(answer) => answer.read(line).map(|_| Heard::Accepted),

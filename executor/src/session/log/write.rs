@@ -4,6 +4,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::file::FileError;
 use serde::Serialize;
 use thiserror::Error;
@@ -69,7 +70,7 @@ impl LogWriter {
 /// Whether two inputs are the same bit for bit. So 0 and −0 differ.
 fn is_same(a: &OperatorInput, b: &OperatorInput) -> bool {
     let bits = |input: &OperatorInput| {
-        let ((x, y), (u, v)) = (input.velocity, input.turned_mm);
+        let (Mm2 { x, y }, Mm2 { x: u, y: v }) = (input.velocity, input.turned_mm);
         [x, y, u, v].map(f64::to_bits)
     };
     bits(a) == bits(b) && a == b

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use keepout_guard::Time;
 use keepout_kernel::{Curve, Length, Point};
+use keepout_planner::Mm2;
 use keepout_planner::job::LoopNumber;
 use keepout_planner::units::{mm, point_mm};
 
@@ -58,7 +59,7 @@ pub struct Timeline {
     /// The reported positions, each different from the one before, drawing coordinates.
     pub samples: Vec<Sample>,
     /// The contour motions as sent: chains of points, drawing coordinates, mm.
-    pub contours: Vec<Vec<(f64, f64)>>,
+    pub contours: Vec<Vec<Mm2>>,
     /// The reported position nearest to the part: its clearance and its time.
     closest: Option<(Length, Time)>,
     radius: Length,

@@ -11,6 +11,7 @@ mod stick;
 use std::time::Duration;
 
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use serde::{Deserialize, Serialize};
 pub use stick::{Stick, StickError, StickSettings};
 
@@ -27,9 +28,9 @@ const LEAST_DEFLECTION: f64 = 0.03;
 #[serde(deny_unknown_fields)]
 pub struct OperatorInput {
     /// Jog velocity as a share of full speed, −1 to 1 in length.
-    pub velocity: (f64, f64),
+    pub velocity: Mm2,
     /// Turns of the handwheels since the last input, mm.
-    pub turned_mm: (f64, f64),
+    pub turned_mm: Mm2,
     /// Whether the cycle is armed: a contact with the part then starts the contour.
     pub armed: bool,
 }
@@ -53,9 +54,9 @@ impl OperatorInput {
     #[must_use]
     pub fn finite(self) -> Self {
         let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
-        let ((x, y), (u, v)) = (self.velocity, self.turned_mm);
-        let velocity = if x.is_finite() && y.is_finite() { (x, y) } else { (0.0, 0.0) };
-        Self { velocity, turned_mm: (finite(u), finite(v)), ..self }
+        let velocity = if self.velocity.is_finite() { self.velocity } else { Mm2::ZERO };
+        let Mm2 { x, y } = self.turned_mm;
+        Self { velocity, turned_mm: Mm2::new(finite(x), finite(y)), ..self }
     }
 
     /// The input within its bounds: finite, the velocity at most 1 in length, and zero below the least
@@ -63,11 +64,10 @@ impl OperatorInput {
     #[must_use]
     pub fn normalised(self) -> Self {
         let input = self.finite();
-        let (x, y) = input.velocity;
-        let length = x.hypot(y);
+        let length = input.velocity.length();
         let deflected = length.is_finite() && length >= LEAST_DEFLECTION;
         let scale = if deflected { 1.0 / length.max(1.0) } else { 0.0 };
-        Self { velocity: (x * scale, y * scale), ..input }
+        Self { velocity: input.velocity * scale, ..input }
     }
 }
 
@@ -87,7 +87,7 @@ impl Aged {
 
     /// Whether the operator does not deflect the stick, whatever the age of the input.
     pub(super) fn is_centred(&self) -> bool {
-        self.input.velocity == (0.0, 0.0)
+        self.input.velocity == Mm2::ZERO
     }
 
     /// Whether there is no input, or it is too old.
@@ -101,7 +101,7 @@ impl Aged {
     }
 
     /// The jog velocity. `None` for a centred stick or a stale input.
-    pub(super) fn jog_velocity(&self, now: Time) -> Option<(f64, f64)> {
+    pub(super) fn jog_velocity(&self, now: Time) -> Option<Mm2> {
         (!self.is_stale(now) && !self.is_centred()).then_some(self.input.velocity)
     }
 }
@@ -120,14 +120,14 @@ mod tests {
                 _ => 4.0 * random.f64() - 2.0,
             };
             let raw = OperatorInput {
-                velocity: (number(), number()),
-                turned_mm: (number(), number()),
+                velocity: Mm2::new(number(), number()),
+                turned_mm: Mm2::new(number(), number()),
                 armed: true,
             };
             let input = raw.normalised();
-            let length = input.velocity.0.hypot(input.velocity.1);
+            let length = input.velocity.x.hypot(input.velocity.y);
             assert!(length == 0.0 || (0.03..=1.0 + 1e-12).contains(&length), "{raw:?}");
-            assert!(input.turned_mm.0.is_finite() && input.turned_mm.1.is_finite() && input.armed);
+            assert!(input.turned_mm.x.is_finite() && input.turned_mm.y.is_finite() && input.armed);
             assert_eq!(input, raw.finite().normalised());
         }
     }
@@ -136,8 +136,8 @@ mod tests {
     fn old_input_does_not_jog() {
         let mut last = Aged::default();
         assert!(last.is_stale(Time::ZERO) && last.jog_velocity(Time::ZERO).is_none());
-        last.replace(OperatorInput { velocity: (1.0, 0.0), ..OperatorInput::default() }, Time::ZERO);
-        assert_eq!(last.jog_velocity(Time::ZERO.after(INPUT_STALE)), Some((1.0, 0.0)));
+        last.replace(OperatorInput { velocity: Mm2::new(1.0, 0.0), ..OperatorInput::default() }, Time::ZERO);
+        assert_eq!(last.jog_velocity(Time::ZERO.after(INPUT_STALE)), Some(Mm2::new(1.0, 0.0)));
         assert_eq!(last.jog_velocity(Time::ZERO.after(INPUT_STALE + Duration::from_micros(1))), None);
     }
 }

@@ -1,5 +1,6 @@
 //! The response of a stick: converts raw axes to the jog velocity.
 
+use keepout_planner::Mm2;
 use thiserror::Error;
 
 /// Parameters of a stick's response.
@@ -76,21 +77,21 @@ impl Stick {
     /// Its length is at most the top, so the corners of a square gate are no faster than its sides. Axes that
     /// are not finite give zero.
     #[must_use]
-    pub fn deflection(&self, raw: (f64, f64), dead_man: bool) -> (f64, f64) {
-        let throw = raw.0.hypot(raw.1);
+    pub fn deflection(&self, raw: Mm2, dead_man: bool) -> Mm2 {
+        let throw = raw.length();
         if !dead_man || !throw.is_finite() || self.rests(raw) {
-            return (0.0, 0.0);
+            return Mm2::ZERO;
         }
         let StickSettings { dead_zone, expo, top } = self.settings;
         let beyond = (throw.min(1.0) - dead_zone) / (1.0 - dead_zone);
         let length = top * ((1.0 - expo) * beyond + expo * beyond.powi(3));
-        (raw.0 / throw * length, raw.1 / throw * length)
+        raw / throw * length
     }
 
     /// Whether the stick is in its dead zone. False for axes that are NaN or infinite.
     #[must_use]
-    pub fn rests(&self, raw: (f64, f64)) -> bool {
-        let throw = raw.0.hypot(raw.1);
+    pub fn rests(&self, raw: Mm2) -> bool {
+        let throw = raw.length();
         throw <= self.settings.dead_zone || throw == 0.0
     }
 }
@@ -114,22 +115,18 @@ mod tests {
         all
     }
 
-    fn length((x, y): (f64, f64)) -> f64 {
-        x.hypot(y)
-    }
-
     #[test]
     fn response_is_odd_and_bounded_and_keeps_the_direction() {
         let mut random = fastrand::Rng::with_seed(5);
         for stick in sticks() {
             for _ in 0..500 {
-                let raw = (4.0 * random.f64() - 2.0, 4.0 * random.f64() - 2.0);
+                let raw = Mm2::new(4.0 * random.f64() - 2.0, 4.0 * random.f64() - 2.0);
                 let out = stick.deflection(raw, true);
-                let back = stick.deflection((-raw.0, -raw.1), true);
-                assert_eq!(out, (-back.0, -back.1));
-                assert!(length(out) <= stick.settings.top * (1.0 + 1e-12), "{raw:?} {out:?}");
-                let cross = out.0 * raw.1 - out.1 * raw.0;
-                assert!(cross.abs() < 1e-12 && out.0 * raw.0 >= 0.0, "{raw:?} {out:?}");
+                let back = stick.deflection(-raw, true);
+                assert_eq!(out, -back);
+                assert!(out.length() <= stick.settings.top * (1.0 + 1e-12), "{raw:?} {out:?}");
+                let cross = raw.cross(out);
+                assert!(cross.abs() < 1e-12 && out.x * raw.x >= 0.0, "{raw:?} {out:?}");
             }
         }
     }
@@ -139,7 +136,7 @@ mod tests {
         for stick in sticks() {
             for turn in 0..16 {
                 let phi = TAU * f64::from(turn) / 16.0;
-                let at = |throw: f64| length(stick.deflection((throw * phi.cos(), throw * phi.sin()), true));
+                let at = |throw: f64| stick.deflection(Mm2::unit(phi) * throw, true).length();
                 let zone = stick.settings.dead_zone;
                 assert!(at(zone * 0.999) == 0.0 && at(zone + 1e-9) < 1e-6, "no jump at the zone's edge");
                 let throws: Vec<f64> = (0..=200).map(|i| at(f64::from(i) / 200.0)).collect();
@@ -152,18 +149,18 @@ mod tests {
     #[test]
     fn diagonal_is_no_faster_than_a_side() {
         for stick in sticks() {
-            let side = length(stick.deflection((1.0, 0.0), true));
-            assert!(length(stick.deflection((1.0, 1.0), true)) <= side * (1.0 + 1e-12));
+            let side = stick.deflection(Mm2::new(1.0, 0.0), true).length();
+            assert!(stick.deflection(Mm2::new(1.0, 1.0), true).length() <= side * (1.0 + 1e-12));
         }
     }
 
     #[test]
     fn tool_stays_still_without_the_dead_man_button_or_for_axes_that_are_not_finite() {
         let stick = Stick::new(StickSettings::default()).unwrap();
-        assert_eq!(stick.deflection((1.0, 1.0), false), (0.0, 0.0));
+        assert_eq!(stick.deflection(Mm2::new(1.0, 1.0), false), Mm2::ZERO);
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(stick.deflection((bad, 0.3), true), (0.0, 0.0));
-            assert!(!stick.rests((bad, 0.0)), "an axis that is not finite does not count as centred");
+            assert_eq!(stick.deflection(Mm2::new(bad, 0.3), true), Mm2::ZERO);
+            assert!(!stick.rests(Mm2::new(bad, 0.0)), "an axis that is not finite does not count as centred");
         }
     }
 

@@ -13,6 +13,7 @@ use keepout_guard::{Certified, Guard, Interpolation, OnCancel, Time};
 use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Point};
+use keepout_planner::Mm2;
 use pace::LookAhead;
 pub use search::Contact;
 use search::{Proposal, Push, Search, on_grid, part_of, vector};
@@ -87,7 +88,7 @@ impl JogContext<'_> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JogPlanner {
     /// Direction of the last jog's input.
-    heading: Option<(f64, f64)>,
+    heading: Option<Mm2>,
     /// Lines sent and lines unacknowledged at the last request for a cancel.
     asked_to_cancel: Option<(u64, u64)>,
     /// The same at the last cancel that was sent.
@@ -101,7 +102,7 @@ pub struct JogPlanner {
     /// Earliest time of the next jog. The in-flight set holds a limited number of targets.
     next_at: Time,
     /// Turns of the handwheels that the tool has not followed yet, mm.
-    turned_mm: (f64, f64),
+    turned_mm: Mm2,
 }
 
 /// A jog that found no admissible target.
@@ -111,13 +112,13 @@ struct Fruitless {
     confirmed: Option<Point>,
     /// Number of points of the in-flight set.
     set: usize,
-    unit: (f64, f64),
+    unit: Mm2,
 }
 
 impl Fruitless {
     fn is_alike(&self, other: &Self) -> bool {
         let same = (self.base, self.confirmed, self.set) == (other.base, other.confirmed, other.set);
-        same && self.unit.0 * other.unit.0 + self.unit.1 * other.unit.1 > ALIKE
+        same && self.unit.dot(other.unit) > ALIKE
     }
 }
 
@@ -141,28 +142,28 @@ impl JogPlanner {
     }
 
     /// Takes turns of the handwheels, mm.
-    pub(super) fn turn(&mut self, (x, y): (f64, f64)) {
+    pub(super) fn turn(&mut self, Mm2 { x, y }: Mm2) {
         let sum = |a: f64, b: f64| {
             let sum = a + b;
             if sum.is_finite() { sum.clamp(-WHEEL_AHEAD_MM, WHEEL_AHEAD_MM) } else { a }
         };
-        self.turned_mm = (sum(self.turned_mm.0, x), sum(self.turned_mm.1, y));
+        self.turned_mm = Mm2::new(sum(self.turned_mm.x, x), sum(self.turned_mm.y, y));
     }
 
     /// Sends the jog that the input requests, as far as the guard certifies it and it is not in flight
     /// already.
-    pub(super) fn steer(&mut self, input: Option<(f64, f64)>, context: &mut JogContext<'_>) -> Contact {
-        let Some((x, y)) = input else { return self.turn_wheels(context) };
-        self.turned_mm = (0.0, 0.0);
+    pub(super) fn steer(&mut self, input: Option<Mm2>, context: &mut JogContext<'_>) -> Contact {
+        let Some(velocity) = input else { return self.turn_wheels(context) };
+        self.turned_mm = Mm2::ZERO;
         if self.resting {
             return Contact::Unknown;
         }
-        let length = x.hypot(y);
-        let unit = (x / length, y / length);
+        let length = velocity.length();
+        let unit = velocity / length;
         let mut ahead_mm = self.ahead_mm(context.guard);
         let single = !context.abilities.queues;
         let turned = if single { TURNED_SINGLE } else { TURNED };
-        let turns = self.heading.is_some_and(|(hx, hy)| hx * unit.0 + hy * unit.1 < turned);
+        let turns = self.heading.is_some_and(|heading| heading.dot(unit) < turned);
         if turns && (ahead_mm > SHORT_QUEUE_MM || single) {
             self.cancel(context);
             ahead_mm = self.ahead_mm(context.guard);
@@ -202,8 +203,8 @@ impl JogPlanner {
 
     /// Sends a retract move in the direction of the input. It comes nearer to no edge within the jogging
     /// clearance.
-    pub(super) fn retract(&mut self, input: Option<(f64, f64)>, context: &mut JogContext<'_>) {
-        let Some((x, y)) = input else {
+    pub(super) fn retract(&mut self, input: Option<Mm2>, context: &mut JogContext<'_>) {
+        let Some(velocity) = input else {
             self.cancel(context);
             return;
         };
@@ -211,10 +212,12 @@ impl JogPlanner {
             return;
         }
         let Some(from) = context.guard.confirmed() else { return };
-        let speed = (x.hypot(y) * context.limits.speed_mm_s).min(ESCAPE_MM_S);
-        let single_axis = if x.abs() > y.abs() { (x, 0.0) } else { (0.0, y) };
-        let along =
-            if context.abilities.interpolation == Interpolation::Independent { single_axis } else { (x, y) };
+        let speed = (velocity.length() * context.limits.speed_mm_s).min(ESCAPE_MM_S);
+        let along = match context.abilities.interpolation {
+            Interpolation::Linear => velocity,
+            Interpolation::Independent if velocity.x.abs() > velocity.y.abs() => Mm2 { y: 0.0, ..velocity },
+            Interpolation::Independent => Mm2 { x: 0.0, ..velocity },
+        };
         let to = from.point().translated(vector(along, ESCAPE_STEP_MM));
         let Ok(to) = to else { return };
         let admissions = context.guard.admissions();
@@ -252,7 +255,7 @@ impl JogPlanner {
             return Contact::Unknown;
         }
         let Some(end) = context.guard.end() else { return Contact::Unknown };
-        self.turned_mm = (0.0, 0.0);
+        self.turned_mm = Mm2::ZERO;
         let whole = end.point().translated(step).ok().and_then(on_grid);
         let search = Search::new(context.guard);
         let Some(admission) = search.prefix(end, step, 0.0) else { return Contact::Wall };

@@ -4,6 +4,8 @@ use keepout_guard::{Admission, Admissions, Certified, Guard, Interpolation};
 use keepout_kernel::clip::contact_band;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
+use keepout_planner::Mm2;
+use keepout_planner::units::{mm, vector_mm};
 
 use super::feed;
 use super::pace::LookAhead;
@@ -39,7 +41,7 @@ pub enum Contact {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Push {
     /// Direction of the push, a unit vector.
-    pub(super) unit: (f64, f64),
+    pub(super) unit: Mm2,
     /// Requested speed.
     pub(super) speed_mm_s: f64,
     /// Length of the path ahead of the tool, and the speed at its end.
@@ -74,23 +76,19 @@ pub(super) struct Proposal<'a> {
 #[derive(Debug)]
 pub(super) struct Search<'a>(Admissions<'a>);
 
-pub(super) fn mm_of(units: i32) -> f64 {
-    f64::from(units) / f64::from(UNITS_PER_MM)
-}
-
 pub(in super::super) fn length_mm(v: Vector) -> f64 {
-    mm_of(v.dx).hypot(mm_of(v.dy))
+    vector_mm(v).length()
 }
 
 /// A direction times a length in mm, on the lattice.
-pub(super) fn vector((x, y): (f64, f64), mm: f64) -> Vector {
+pub(super) fn vector(Mm2 { x, y }: Mm2, mm: f64) -> Vector {
     let step = |d: f64| i32::try_from(nearest_unit(d * mm * f64::from(UNITS_PER_MM))).unwrap_or(0);
     Vector { dx: step(x), dy: step(y) }
 }
 
 /// A share of a vector.
 pub(super) fn part_of(v: Vector, share: f64) -> Vector {
-    vector((mm_of(v.dx), mm_of(v.dy)), share)
+    vector(vector_mm(v), share)
 }
 
 impl<'a> Search<'a> {
@@ -115,8 +113,7 @@ impl<'a> Search<'a> {
             return (Some(push.jog(admission, pace)), Contact::Free);
         }
         let length = length_mm(input).max(1e-9);
-        let unit = (mm_of(input.dx) / length, mm_of(input.dy) / length);
-        let push = Push { unit, speed_mm_s: push.speed_mm_s * pace, ..*push };
+        let push = Push { unit: vector_mm(input) / length, speed_mm_s: push.speed_mm_s * pace, ..*push };
         match self.guard().rules().interpolation {
             Interpolation::Linear => self.slide(base, &push, input),
             Interpolation::Independent => self.climb(base, &push, input),
@@ -157,7 +154,7 @@ impl<'a> Search<'a> {
         for way in steps_along(along).into_iter().flatten() {
             let Some(admission) = self.prefix(base, way, SHORTEST_MM) else { continue };
             let moved = admission.target().minus(base.point());
-            let progress = (mm_of(moved.dx) * mm_of(along.dx) + mm_of(moved.dy) * mm_of(along.dy)) / length;
+            let progress = vector_mm(moved).dot(vector_mm(along)) / length;
             if progress > best.as_ref().map_or(gained, |(most, _)| *most) {
                 best = Some((progress, admission));
             }
@@ -195,7 +192,7 @@ impl<'a> Search<'a> {
         let to = from.point().translated(input).ok()?;
         let admitted = |point: Point| on_grid(point).and_then(|at| self.admit(from, at));
         // The guard refuses a shorter jog.
-        let least_mm = least_mm.max(mm_of(self.guard().rules().shortest.units()) - GRID_MM);
+        let least_mm = least_mm.max(mm(self.guard().rules().shortest.units()) - GRID_MM);
         // Rounding to the grid hardly makes a motion longer than this.
         let is_longer = |length_mm: f64| length_mm + GRID_MM > least_mm;
         let length = length_mm(input).max(1e-9);
@@ -238,9 +235,9 @@ impl<'a> Search<'a> {
 fn steps_along(along: Vector) -> [Option<Vector>; 3] {
     let length = length_mm(along).max(1e-9);
     let scale = STAIR_MM.min(length) / length;
-    let (x, y) = (mm_of(along.dx) * scale, mm_of(along.dy) * scale);
+    let Mm2 { x, y } = vector_mm(along) * scale;
     let flat = x.abs() < 0.002 || y.abs() < 0.002;
-    [Some(along).filter(|_| flat), Some(vector((x, 0.0), 1.0)), Some(vector((0.0, y), 1.0))]
+    [Some(along).filter(|_| flat), Some(vector(Mm2::new(x, 0.0), 1.0)), Some(vector(Mm2::new(0.0, y), 1.0))]
 }
 
 pub(super) fn on_grid(point: Point) -> Option<Point> {

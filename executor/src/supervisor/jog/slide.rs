@@ -13,8 +13,10 @@
 use keepout_guard::Admission;
 use keepout_kernel::clip::{Wall, contact_band};
 use keepout_kernel::{FreePoint, Vector};
+use keepout_planner::Mm2;
+use keepout_planner::units::{mm, vector_mm};
 
-use super::search::{CREEP, Contact, Proposal, Push, SHORTEST_MM, Search, length_mm, mm_of, on_grid, vector};
+use super::search::{CREEP, Contact, Proposal, Push, SHORTEST_MM, Search, length_mm, on_grid, vector};
 
 /// Height of targets above the jogging limit, mm, because they are rounded to the grid.
 const HEIGHT_MM: f64 = 0.01;
@@ -43,9 +45,9 @@ const REFINEMENTS: u32 = 4;
 /// A wall as the tool sees it.
 struct Slope {
     /// Unit vector away from the wall.
-    normal: (f64, f64),
+    normal: Mm2,
     /// Unit vector along the wall, in the direction of the push.
-    tangent: (f64, f64),
+    tangent: Mm2,
     /// Component of the push along the wall.
     along: f64,
     /// Component of the push into the wall.
@@ -57,19 +59,17 @@ struct Slope {
 impl Slope {
     /// The slope of a wall that the tool meets after `gap_mm` under a push in this direction. `None` when the
     /// push does not lead into the wall.
-    fn of(wall: &Wall, (x, y): (f64, f64), gap_mm: f64) -> Option<Self> {
-        let (nx, ny) = wall.normal();
-        let into = -(x * nx + y * ny);
-        let (tx, ty) = (x + into * nx, y + into * ny);
-        let along = tx.hypot(ty);
-        let length = along.max(1e-9);
-        let tangent = (tx / length, ty / length);
-        (into > 0.0).then_some(Self { normal: (nx, ny), tangent, along, into, height_mm: gap_mm * into })
+    fn of(wall: &Wall, unit: Mm2, gap_mm: f64) -> Option<Self> {
+        let normal = Mm2::from(wall.normal());
+        let into = -unit.dot(normal);
+        let beside = unit + normal * into;
+        let along = beside.length();
+        let tangent = beside / along.max(1e-9);
+        (into > 0.0).then_some(Self { normal, tangent, along, into, height_mm: gap_mm * into })
     }
 
     fn offset(&self, along_mm: f64, height_mm: f64) -> Vector {
-        let part = |t: f64, n: f64| t * along_mm + n * height_mm;
-        vector((part(self.tangent.0, self.normal.0), part(self.tangent.1, self.normal.1)), 1.0)
+        vector(self.tangent * along_mm + self.normal * height_mm, 1.0)
     }
 }
 
@@ -103,7 +103,7 @@ fn longest<T>(most_mm: f64, will_do: impl Fn(f64) -> Option<T>) -> Option<(f64, 
 
 /// Share of a motion that leads in the direction of the push.
 fn gained(push: &Push, way: Vector) -> f64 {
-    (mm_of(way.dx) * push.unit.0 + mm_of(way.dy) * push.unit.1) / length_mm(way).max(1e-9)
+    vector_mm(way).dot(push.unit) / length_mm(way).max(1e-9)
 }
 
 /// The jog at the speed whose look-ahead distance is the path ahead with this jog. `None` when the jog is too
@@ -145,7 +145,7 @@ impl<'a> Search<'a> {
     /// The greatest height along a curved wall: the stock to leave, and at least [`HIGHEST_MM`].
     fn highest_mm(&self) -> f64 {
         let rules = self.guard().rules();
-        (mm_of(rules.jogging_clearance.units()) - mm_of(rules.finishing_clearance.units())).max(HIGHEST_MM)
+        (mm(rules.jogging_clearance.units()) - mm(rules.finishing_clearance.units())).max(HIGHEST_MM)
     }
 
     /// The longest admitted jog along a wall, no faster than the curve of the wall permits.
@@ -218,7 +218,7 @@ impl<'a> Search<'a> {
             let below = above.point().translated(slope.offset(0.0, -depth_mm)).ok()?;
             let foot = part.clip(above, below);
             let way = foot.point().minus(base.point());
-            Some((foot, mm_of(way.dx) * slope.normal.0 + mm_of(way.dy) * slope.normal.1))
+            Some((foot, vector_mm(way).dot(slope.normal)))
         })
     }
 }

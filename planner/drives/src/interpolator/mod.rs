@@ -6,6 +6,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use stop::Stop;
 
@@ -29,8 +30,8 @@ impl Drives {
 
 #[derive(Clone, Copy, Debug)]
 struct Block {
-    to: (f64, f64),
-    unit: (f64, f64),
+    to: Mm2,
+    unit: Mm2,
     left: f64,
     nominal: f64,
     acceleration: f64,
@@ -43,7 +44,7 @@ struct Block {
 /// Unwanted steps, after the firmware counted the steps of a block below zero.
 #[derive(Clone, Copy, Debug)]
 struct Runaway {
-    unit: (f64, f64),
+    unit: Mm2,
     left: f64,
     speed: f64,
 }
@@ -64,7 +65,7 @@ pub enum StepOutcome {
 pub struct QueuedMotion {
     drives: Drives,
     blocks: VecDeque<Block>,
-    position: (f64, f64),
+    position: Mm2,
     speed: f64,
     stop: Option<Stop>,
     /// Steps per mm of a firmware with the runaway defect.
@@ -94,7 +95,7 @@ const REACHED: f64 = 1e-9;
 impl QueuedMotion {
     /// Drives at rest at `position`, mm.
     #[must_use]
-    pub fn new(drives: Drives, position: (f64, f64)) -> Self {
+    pub fn new(drives: Drives, position: Mm2) -> Self {
         Self {
             drives,
             blocks: VecDeque::new(),
@@ -121,7 +122,7 @@ impl QueuedMotion {
 
     /// Commanded position of the tool, mm.
     #[must_use]
-    pub fn position(&self) -> (f64, f64) {
+    pub fn position(&self) -> Mm2 {
         self.position
     }
 
@@ -132,9 +133,8 @@ impl QueuedMotion {
     }
 
     /// Speed of each axis, mm/s.
-    pub fn velocity(&self) -> (f64, f64) {
-        let unit = self.blocks.front().map_or((0.0, 0.0), |block| block.unit);
-        (unit.0 * self.speed, unit.1 * self.speed)
+    pub fn velocity(&self) -> Mm2 {
+        self.blocks.front().map_or(Mm2::ZERO, |block| block.unit) * self.speed
     }
 
     /// Number of unfinished blocks.
@@ -160,21 +160,20 @@ impl QueuedMotion {
     }
 
     /// End of the last queued block, mm.
-    pub fn planned_end(&self) -> (f64, f64) {
+    pub fn planned_end(&self) -> Mm2 {
         self.blocks.back().map_or(self.position, |block| block.to)
     }
 
     /// Queues a straight block to `to` at `feed` mm/s. Returns false for a block below `shortest` mm, and
     /// drops it.
-    pub fn push(&mut self, to: (f64, f64), feed: f64, shortest: f64) -> bool {
+    pub fn push(&mut self, to: Mm2, feed: f64, shortest: f64) -> bool {
         let from = self.planned_end();
-        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-        let length = dx.hypot(dy);
+        let length = from.distance(to);
         if length < shortest {
             return false;
         }
-        let unit = (dx / length, dy / length);
-        let share = unit.0.abs().max(unit.1.abs());
+        let unit = (to - from) / length;
+        let share = unit.x.abs().max(unit.y.abs());
         let acceleration = self.drives.acceleration / share;
         let nominal = feed.min(self.drives.max_rate / share).max(CREEP);
         let max_entry = self.blocks.back().map_or(0.0, |before| {
@@ -192,8 +191,8 @@ impl QueuedMotion {
 
     /// GRBL's junction speed, mm/s: the speed on a circle that cuts the corner by the junction deviation. The
     /// tool itself stays on the path.
-    fn junction_speed(&self, a: (f64, f64), b: (f64, f64), acceleration: f64) -> f64 {
-        let cos = -(a.0 * b.0 + a.1 * b.1);
+    fn junction_speed(&self, a: Mm2, b: Mm2, acceleration: f64) -> f64 {
+        let cos = -a.dot(b);
         if cos > 0.999_999 {
             return 0.0;
         }
@@ -214,7 +213,7 @@ impl QueuedMotion {
     }
 
     /// Advances the motion by `dt` seconds. Calls `corner` with the end of each block that it completes.
-    pub fn advance(&mut self, dt: f64, mut corner: impl FnMut((f64, f64))) -> StepOutcome {
+    pub fn advance(&mut self, dt: f64, mut corner: impl FnMut(Mm2)) -> StepOutcome {
         if self.runaway.is_some() {
             return self.run_on(dt);
         }
@@ -262,7 +261,7 @@ impl QueuedMotion {
     fn runs_away(&mut self) -> bool {
         let next = self.blocks.get(1).filter(|block| block.rounds_up);
         let Some((steps_per_mm, block)) = self.runs_away.zip(next) else { return false };
-        let per_step = 1.0 / (steps_per_mm * block.unit.0.abs().max(block.unit.1.abs()));
+        let per_step = 1.0 / (steps_per_mm * block.unit.x.abs().max(block.unit.y.abs()));
         let (left, speed) = (RUNAWAY_STEPS * per_step, RUNAWAY_RATE * per_step);
         self.runaway = Some(Runaway { unit: block.unit, left, speed });
         true
@@ -272,7 +271,7 @@ impl QueuedMotion {
         let Some(run) = &mut self.runaway else { return StepOutcome::Going };
         let step = (run.speed * dt).min(run.left);
         run.left -= step;
-        self.position = (self.position.0 + run.unit.0 * step, self.position.1 + run.unit.1 * step);
+        self.position += run.unit * step;
         if run.left > 0.0 {
             return StepOutcome::Going;
         }
@@ -372,15 +371,15 @@ impl QueuedMotion {
 
 /// Whether the firmware, in 32-bit floats, computes more steps from the length of a block than the block has.
 #[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
-fn rounds_up(from: (f64, f64), to: (f64, f64), steps_per_mm: f64) -> bool {
+fn rounds_up(from: Mm2, to: Mm2, steps_per_mm: f64) -> bool {
     let steps = |from: f64, to: f64| ((to * steps_per_mm).round() - (from * steps_per_mm).round()) as f32;
-    let (x, y, per_mm) = (steps(from.0, to.0), steps(from.1, to.1), steps_per_mm as f32);
+    let (x, y, per_mm) = (steps(from.x, to.x), steps(from.y, to.y), steps_per_mm as f32);
     let (count, length) = (x.abs().max(y.abs()), (x / per_mm).hypot(y / per_mm));
     length > 0.0 && (count / length) * length > count
 }
 
-fn go(block: &mut Block, position: &mut (f64, f64), step: f64) {
+fn go(block: &mut Block, position: &mut Mm2, step: f64) {
     block.left -= step;
     // Measure from the end, so that rounding errors do not add up.
-    *position = (block.to.0 - block.unit.0 * block.left, block.to.1 - block.unit.1 * block.left);
+    *position = block.to - block.unit * block.left;
 }

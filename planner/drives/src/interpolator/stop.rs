@@ -1,6 +1,7 @@
 //! Stops: feed hold, cancel, and an immediate stop.
 
 use super::{Block, MEETS, QueuedMotion};
+use keepout_planner::Mm2;
 
 /// The kind of a stop in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,10 +54,10 @@ impl QueuedMotion {
             self.blocks.pop_front();
         }
         if let Some(first) = self.blocks.front() {
-            let begins = (first.to.0 - first.unit.0 * first.left, first.to.1 - first.unit.1 * first.left);
-            let shift = (self.position.0 - begins.0, self.position.1 - begins.1);
+            let begins = (first.to.x - first.unit.x * first.left, first.to.y - first.unit.y * first.left);
+            let shift = (self.position.x - begins.0, self.position.y - begins.1);
             for block in &mut self.blocks {
-                block.to = (block.to.0 + shift.0, block.to.1 + shift.1);
+                block.to = Mm2::new(block.to.x + shift.0, block.to.y + shift.1);
             }
         }
         self.cancel();

@@ -1,4 +1,5 @@
 use super::*;
+use keepout_planner::Mm2;
 
 #[test]
 fn circle_agrees_with_the_papers_formula() {
@@ -62,17 +63,17 @@ fn arcs_approximate_the_ellipse() {
 
 #[test]
 fn overshoot_past_a_corner_is_measured() {
-    let past = |path: &Path, (x, y): (f64, f64), on: usize| {
+    let past = |path: &Path, Mm2 { x, y }: Mm2, on: usize| {
         let point = Axes::new(x, y);
         path.overshoot(point, &path.nearest(point, on), on)
     };
     let corner = Path::corner(100.0, std::f64::consts::FRAC_PI_2);
-    assert!((past(&corner, (103.0, 20.0), 1) - 3.0).abs() < 1e-12);
-    assert!((past(&corner, (103.0, 0.0), 0) - 3.0).abs() < 1e-12);
-    assert!(past(&corner, (97.0, 0.0), 0) <= 0.0);
+    assert!((past(&corner, Mm2::new(103.0, 20.0), 1) - 3.0).abs() < 1e-12);
+    assert!((past(&corner, Mm2::new(103.0, 0.0), 0) - 3.0).abs() < 1e-12);
+    assert!(past(&corner, Mm2::new(97.0, 0.0), 0) <= 0.0);
     // The second leg also advances in the direction of the first. That is not an overshoot.
     let flat = Path::corner(100.0, std::f64::consts::FRAC_PI_4);
-    assert!(past(&flat, (150.0, 50.0), 1).abs() < 1e-9);
-    assert!((past(&flat, (102.0, -2.0), 0) - 2.0).abs() < 1e-9);
-    assert!(past(&Path::circle(10.0, true, 2), (-1.0, 3.0), 1) <= 0.0);
+    assert!(past(&flat, Mm2::new(150.0, 50.0), 1).abs() < 1e-9);
+    assert!((past(&flat, Mm2::new(102.0, -2.0), 0) - 2.0).abs() < 1e-9);
+    assert!(past(&Path::circle(10.0, true, 2), Mm2::new(-1.0, 3.0), 1) <= 0.0);
 }

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use keepout_sim::operator::ModelKind;
 use serde::{Deserialize, Serialize};
 
-use super::scenario::Mm;
+use keepout_planner::Mm2;
 
 /// Result of an attempt.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Attempt {
     /// Duration, s.
     pub seconds: f64,
     /// Path of the tool's centre, drawing coordinates, mm.
-    pub path: Vec<Mm>,
+    pub path: Vec<Mm2>,
     /// Number of earlier false stops.
     pub false_alarms: u64,
     /// Highest speed of the tool, mm/s. Only for runs with simulated drives.

@@ -2,15 +2,15 @@
 
 use std::time::Duration;
 
+use keepout_planner::Mm2;
 use keepout_sim::operator::Rounds;
 use serde::{Deserialize, Serialize};
 
 use super::attempt::real as number;
 use super::invasion::prohibited;
-use super::modules::distance;
 use super::ours::Ours;
 use super::paper::Paper;
-use super::scenario::{MachinedProfile, Mm, StudyError};
+use super::scenario::{MachinedProfile, StudyError};
 
 /// Far stock: distances from the profile, mm. Both systems can clear it.
 pub const FAR_MM: (f64, f64) = (8.0, 20.0);
@@ -67,7 +67,7 @@ pub fn with_paper(paper: &Paper<'_>, seed: u64) -> Result<Cleared, StudyError> {
     let shape = paper.ground.shape;
     let places = rounds(shape, paper.ground.radius_mm(), &FAR_ROUNDS_MM)?;
     let start = places.first().copied().unwrap_or_default();
-    let operator = Rounds::new(places, (paper.feed_mm_s, REACH_MM), PATIENCE);
+    let operator = Rounds::new(places, paper.feed_mm_s, REACH_MM, PATIENCE);
     let run = paper.session(start, Box::new(operator), seed);
     Ok(cleared(shape, paper.ground.radius_mm(), &run.path, (run.seconds, run.depth_mm)))
 }
@@ -87,14 +87,14 @@ pub fn with_ours(
     }
     let places = rounds(ours.shape, ours.radius_mm(), &levels)?;
     let start = places.first().copied().unwrap_or_default();
-    let operator = Rounds::new(places, (ours.speed_mm_s(), REACH_MM), PATIENCE + latency * 8);
+    let operator = Rounds::new(places, ours.speed_mm_s(), REACH_MM, PATIENCE + latency * 8);
     let run = ours.session(start, Box::new(operator), (seed, latency))?;
     Ok(cleared(ours.shape, ours.radius_mm(), &run.path, (run.seconds, run.depth_mm)))
 }
 
 /// Places of the tool's centre, round by round. `levels_mm` are the distances of the tool's edge from the
 /// profile.
-fn rounds(shape: &MachinedProfile, radius_mm: f64, levels_mm: &[f64]) -> Result<Vec<Mm>, StudyError> {
+fn rounds(shape: &MachinedProfile, radius_mm: f64, levels_mm: &[f64]) -> Result<Vec<Mm2>, StudyError> {
     let mut places = Vec::new();
     for level in levels_mm {
         let ring = prohibited(&shape.corners, radius_mm + level, shape.side())
@@ -108,7 +108,7 @@ fn rounds(shape: &MachinedProfile, radius_mm: f64, levels_mm: &[f64]) -> Result<
 fn cleared(
     shape: &MachinedProfile,
     radius_mm: f64,
-    path: &[Mm],
+    path: &[Mm2],
     (seconds, deepest_mm): (f64, f64),
 ) -> Cleared {
     let stock = Stock::of(shape, radius_mm, path);
@@ -127,14 +127,14 @@ struct Stock {
 }
 
 impl Stock {
-    fn of(shape: &MachinedProfile, radius_mm: f64, path: &[Mm]) -> Self {
+    fn of(shape: &MachinedProfile, radius_mm: f64, path: &[Mm2]) -> Self {
         let (x0, y0, x1, y1) = shape.box_mm();
         let grown = FAR_MM.1 + CELL_MM;
         let (left, low) = (x0 - grown, y0 - grown);
         let count = |from: f64, to: f64| index((to - from + 2.0 * grown) / CELL_MM);
         let (columns, rows) = (count(x0, x1), count(y0, y1));
         let middle = |column: usize, row: usize| {
-            (left + (real(column) + 0.5) * CELL_MM, low + (real(row) + 0.5) * CELL_MM)
+            Mm2::new(left + (real(column) + 0.5) * CELL_MM, low + (real(row) + 0.5) * CELL_MM)
         };
         let mut gone = vec![false; columns * rows];
         for at in strides(path) {
@@ -142,9 +142,9 @@ impl Stock {
                 let first = index((c - radius_mm - from) / CELL_MM);
                 first..(index((c + radius_mm - from) / CELL_MM) + 1).min(most)
             };
-            for column in span(at.0, left, columns) {
-                for row in span(at.1, low, rows) {
-                    gone[column * rows + row] |= distance(at, middle(column, row)) <= radius_mm;
+            for column in span(at.x, left, columns) {
+                for row in span(at.y, low, rows) {
+                    gone[column * rows + row] |= at.distance(middle(column, row)) <= radius_mm;
                 }
             }
         }
@@ -171,13 +171,13 @@ impl Stock {
 }
 
 /// The path with intermediate points. Neighbours are at most half a square apart.
-fn strides(path: &[Mm]) -> impl Iterator<Item = Mm> + '_ {
+fn strides(path: &[Mm2]) -> impl Iterator<Item = Mm2> + '_ {
     path.windows(2).flat_map(|pair| {
         let (from, to) = (pair[0], pair[1]);
-        let count = index((distance(from, to) / (CELL_MM / 2.0)).ceil()).max(1);
+        let count = index((from.distance(to) / (CELL_MM / 2.0)).ceil()).max(1);
         (0..count).map(move |number| {
             let share = real(number) / real(count);
-            (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1))
+            from + (to - from) * share
         })
     })
 }
@@ -200,14 +200,14 @@ mod tests {
     #[test]
     fn stock_is_cleared_where_the_tool_was() {
         let bar = MachinedProfile::bar();
-        let (radius_mm, side) = (3.0, [(-3.0, 0.0), (-3.0, 60.0)]);
+        let (radius_mm, side) = (3.0, [(-3.0, 0.0), (-3.0, 60.0)].map(Mm2::from));
         let stock = Stock::of(&bar, radius_mm, &side);
         // The bar is 40 by 60 mm. One long side has 60 of 200 mm of the stock up to 3 mm, without the
         // corners.
         let share = stock.share((0.0, 3.0));
         assert!((0.28..0.34).contains(&share), "{share}");
         assert_eq!(stock.share((8.0, 20.0)), 0.0);
-        let around = [(-3.0, -3.0), (43.0, -3.0), (43.0, 63.0), (-3.0, 63.0), (-3.0, -3.0)];
+        let around = [(-3.0, -3.0), (43.0, -3.0), (43.0, 63.0), (-3.0, 63.0), (-3.0, -3.0)].map(Mm2::from);
         assert!(Stock::of(&bar, radius_mm, &around).share((0.3, 5.5)) > 0.97);
         assert_eq!(Stock::of(&bar, radius_mm, &[]).share((0.3, 5.5)), 0.0);
     }

@@ -8,12 +8,13 @@ use keepout_drives::metrics::Spread;
 use keepout_drives::profile::DriveProfile;
 use keepout_drives::run::{Cutting, Task};
 use keepout_kernel::Length;
+use keepout_planner::Mm2;
 use keepout_planner::finish::FinishingPath;
 use keepout_planner::plan::{PassParameters, PlanParameters};
 use keepout_planner::units::point_mm;
 use serde::{Deserialize, Serialize};
 
-use super::scenario::{MachinedProfile, Mm, StudyError, machine};
+use super::scenario::{MachinedProfile, StudyError, machine};
 
 /// Thickness of the cut for the force in the drive profile, mm. The force is proportional to the thickness.
 pub const THICKNESS_MM: f64 = 0.5;
@@ -96,7 +97,7 @@ fn off(
         let corners = each.curves.iter().flat_map(|curve| {
             curve.chord_points(Length::small(50)).unwrap_or_else(|_| vec![curve.from(), curve.to()])
         });
-        let mut points: Vec<Mm> = corners.map(point_mm).collect();
+        let mut points: Vec<Mm2> = corners.map(point_mm).collect();
         points.dedup();
         worst = worst.worse(contour_error(&points, thickness_mm, kind, drives)?);
     }
@@ -104,7 +105,7 @@ fn off(
 }
 
 fn contour_error(
-    points: &[Mm],
+    points: &[Mm2],
     thickness_mm: f64,
     kind: Kind,
     drives: &DriveProfile,

@@ -8,6 +8,7 @@ use std::time::Duration;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use serde::{Deserialize, Serialize};
 
 use super::attempt::{Attempt, Tally, seed_of};
@@ -15,7 +16,7 @@ use super::delays::Delays;
 use super::modules::{STEP_S, follows};
 use super::ours::Ours;
 use super::parallel::{ProgressCallback, parallel};
-use super::scenario::{MachinedProfile, Mm, StudyError};
+use super::scenario::{MachinedProfile, StudyError};
 
 /// Distance that the table moves per pulse, mm.
 const PULSE_MM: f64 = 0.01;
@@ -137,7 +138,7 @@ fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Atte
         }
     }
     let beyond = farthest - barrier.at_mm;
-    let path = vec![(0.0, 0.0), (farthest, 0.0), (table, 0.0)];
+    let path = vec![Mm2::ZERO, Mm2::new(farthest, 0.0), Mm2::new(table, 0.0)];
     let released = table < farthest - 0.8 * BACK_MM;
     let (depth_mm, closest_mm) = (beyond.max(0.0), (-beyond).max(0.0));
     (Attempt { depth_mm, closest_mm, seconds, path, false_alarms: 0, fastest_mm_s: None }, released)
@@ -146,11 +147,11 @@ fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Atte
 /// One attempt with Keepout. The pulses are handwheel inputs of the supervisor.
 fn turned(ours: &Ours<'_>, speed_mm_s: f64, seed: u64) -> Result<(Attempt, bool), StudyError> {
     let mut random = fastrand::Rng::with_seed(seed);
-    let start = (-ours.radius_mm() - RUN_UP_MM, 20.0 + 20.0 * random.f64());
+    let start = Mm2::new(-ours.radius_mm() - RUN_UP_MM, 20.0 + 20.0 * random.f64());
     let wheel = Wheel { speed_mm_s, turned_mm: 0.0, rest_s: 0.0, phase: Turning::Forward, over: false };
     let attempt = ours.session(start, Box::new(wheel), (seed, Duration::from_millis(1)))?;
-    let farthest = attempt.path.iter().map(|at| at.0).fold(f64::NEG_INFINITY, f64::max);
-    let released = attempt.path.last().is_some_and(|last: &Mm| last.0 < farthest - 0.8 * BACK_MM);
+    let farthest = attempt.path.iter().map(|at| at.x).fold(f64::NEG_INFINITY, f64::max);
+    let released = attempt.path.last().is_some_and(|last: &Mm2| last.x < farthest - 0.8 * BACK_MM);
     Ok((attempt, released))
 }
 
@@ -193,7 +194,7 @@ impl Operator for Wheel {
                     self.phase = if self.phase == Turning::Forward { Turning::Rest } else { Turning::Last };
                     (self.turned_mm, self.rest_s) = (0.0, 0.0);
                 }
-                OperatorInput { turned_mm: (dx, 0.0), ..OperatorInput::default() }
+                OperatorInput { turned_mm: Mm2::new(dx, 0.0), ..OperatorInput::default() }
             }
             Turning::Rest | Turning::Last => {
                 self.rest_s += INPUT_S;

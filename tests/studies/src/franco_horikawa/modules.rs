@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::scenario::Mm;
+use keepout_planner::Mm2;
 
 /// Time step of the simulation, s.
 pub const STEP_S: f64 = 0.001;
@@ -12,9 +12,9 @@ const ARRIVED_MM: f64 = 1e-4;
 /// Two modules and their controller.
 #[derive(Clone, Debug)]
 pub struct Modules {
-    commanded: Mm,
-    tool: Mm,
-    targets: VecDeque<Mm>,
+    commanded: Mm2,
+    tool: Mm2,
+    targets: VecDeque<Mm2>,
     feed_mm_s: f64,
     /// Share of the remaining distance that the table covers in a step.
     follows: f64,
@@ -23,14 +23,14 @@ pub struct Modules {
 impl Modules {
     /// Modules at rest.
     #[must_use]
-    pub fn new(at: Mm, feed_mm_s: f64, inertia_s: f64) -> Self {
+    pub fn new(at: Mm2, feed_mm_s: f64, inertia_s: f64) -> Self {
         let follows = follows(inertia_s);
         Self { commanded: at, tool: at, targets: VecDeque::new(), feed_mm_s, follows }
     }
 
     /// Position of the tool, mm.
     #[must_use]
-    pub fn tool(&self) -> Mm {
+    pub fn tool(&self) -> Mm2 {
         self.tool
     }
 
@@ -43,13 +43,13 @@ impl Modules {
     /// Whether the table is in position and the queue is empty.
     #[must_use]
     pub fn rests(&self) -> bool {
-        self.targets.is_empty() && distance(self.tool, self.commanded) < ARRIVED_MM
+        self.targets.is_empty() && self.tool.distance(self.commanded) < ARRIVED_MM
     }
 
     /// Queues a motion by `by` from the end of the last motion, mm.
-    pub fn go(&mut self, by: Mm) {
+    pub fn go(&mut self, by: Mm2) {
         let from = self.targets.back().copied().unwrap_or(self.commanded);
-        self.targets.push_back((from.0 + by.0, from.1 + by.1));
+        self.targets.push_back(from + by);
     }
 
     /// Drops the queued motions. The current motion ends at once if the stop `cuts` it, otherwise at its
@@ -62,19 +62,17 @@ impl Modules {
     pub fn step(&mut self) {
         let mut left = self.feed_mm_s * STEP_S;
         while let Some(&target) = self.targets.front() {
-            let far = distance(self.commanded, target);
+            let far = self.commanded.distance(target);
             if far > left {
                 let share = left / far;
-                self.commanded.0 += share * (target.0 - self.commanded.0);
-                self.commanded.1 += share * (target.1 - self.commanded.1);
+                self.commanded += (target - self.commanded) * share;
                 break;
             }
             self.commanded = target;
             self.targets.pop_front();
             left -= far;
         }
-        self.tool.0 += self.follows * (self.commanded.0 - self.tool.0);
-        self.tool.1 += self.follows * (self.commanded.1 - self.tool.1);
+        self.tool += (self.commanded - self.tool) * self.follows;
     }
 }
 
@@ -82,12 +80,6 @@ impl Modules {
 #[must_use]
 pub fn follows(inertia_s: f64) -> f64 {
     if inertia_s > 0.0 { 1.0 - (-STEP_S / inertia_s).exp() } else { 1.0 }
-}
-
-/// The distance of two points.
-#[must_use]
-pub fn distance(a: Mm, b: Mm) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
 }
 
 #[cfg(test)]
@@ -100,37 +92,37 @@ mod tests {
 
     #[test]
     fn motions_run_in_sequence_at_the_feed() {
-        let mut modules = Modules::new((0.0, 0.0), 12.0, 0.0);
-        modules.go((3.0, 0.0));
-        modules.go((0.0, 4.0));
+        let mut modules = Modules::new(Mm2::new(0.0, 0.0), 12.0, 0.0);
+        modules.go(Mm2::new(3.0, 0.0));
+        modules.go(Mm2::new(0.0, 4.0));
         steps(&mut modules, 500);
-        assert!(distance(modules.tool(), (3.0, 3.0)) < 1e-9 && modules.queued() == 1);
+        assert!(modules.tool().distance(Mm2::new(3.0, 3.0)) < 1e-9 && modules.queued() == 1);
         steps(&mut modules, 100);
-        assert!(distance(modules.tool(), (3.0, 4.0)) < 1e-9 && modules.rests());
+        assert!(modules.tool().distance(Mm2::new(3.0, 4.0)) < 1e-9 && modules.rests());
     }
 
     #[test]
     fn stop_cuts_the_current_motion_or_lets_it_end() {
         for (cuts, end) in [(true, 1.2), (false, 3.0)] {
-            let mut modules = Modules::new((0.0, 0.0), 12.0, 0.0);
-            (0..3).for_each(|_| modules.go((3.0, 0.0)));
+            let mut modules = Modules::new(Mm2::new(0.0, 0.0), 12.0, 0.0);
+            (0..3).for_each(|_| modules.go(Mm2::new(3.0, 0.0)));
             steps(&mut modules, 100);
             modules.stop(cuts);
             steps(&mut modules, 1000);
-            assert!(distance(modules.tool(), (end, 0.0)) < 1e-9, "{:?}", modules.tool());
+            assert!(modules.tool().distance(Mm2::new(end, 0.0)) < 1e-9, "{:?}", modules.tool());
         }
     }
 
     /// In motion, the lag is the feed times the time constant.
     #[test]
     fn table_follows_with_a_lag() {
-        let mut modules = Modules::new((0.0, 0.0), 10.0, 0.05);
-        modules.go((10.0, 0.0));
+        let mut modules = Modules::new(Mm2::new(0.0, 0.0), 10.0, 0.05);
+        modules.go(Mm2::new(10.0, 0.0));
         steps(&mut modules, 900);
-        assert!((9.0 - modules.tool().0 - 0.5).abs() < 0.01, "{:?}", modules.tool());
+        assert!((9.0 - modules.tool().x - 0.5).abs() < 0.01, "{:?}", modules.tool());
         steps(&mut modules, 100);
         assert!(!modules.rests());
         steps(&mut modules, 1000);
-        assert!(modules.rests() && distance(modules.tool(), (10.0, 0.0)) < 1e-3);
+        assert!(modules.rests() && modules.tool().distance(Mm2::new(10.0, 0.0)) < 1e-3);
     }
 }

@@ -11,17 +11,17 @@ use keepout_executor::session::{Ended, Going, NoEventLog, Sample, SampleKind};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::PlanParameters;
 use keepout_planner::units::{mm, point_from_mm};
 use keepout_sim::ServoConfig;
-use keepout_sim::operator::{Model, ModelKind, toward};
+use keepout_sim::operator::{Model, ModelKind};
 use keepout_sim::session::{Scene, SimResult, SimRun, Watch, run_scene};
 
 use super::attempt::Attempt;
-use super::modules::distance;
 use super::paper::{BEGINNINGS, START_MM};
-use super::scenario::{MachinedProfile, Mm, StudyError, machine};
+use super::scenario::{MachinedProfile, StudyError, machine};
 
 /// Upper bound on the distance between tool and part on this machine, mm.
 const FARTHEST_MM: f64 = 1000.0;
@@ -100,7 +100,7 @@ impl<'a> Ours<'a> {
     ///
     /// # Errors
     /// [`StudyError`] if the session ends with a fault.
-    pub fn contour(&self, seed: u64) -> Result<Vec<Mm>, StudyError> {
+    pub fn contour(&self, seed: u64) -> Result<Vec<Mm2>, StudyError> {
         let mut random = fastrand::Rng::with_seed(seed);
         let start = self.shape.start(self.radius_mm(), START_MM, &mut random)?;
         let run = SimRun { limit: SESSION, ..self.run(start, Duration::from_millis(1), seed, None) };
@@ -116,7 +116,7 @@ impl<'a> Ours<'a> {
     /// [`StudyError`] if the session ends for another reason.
     pub fn session(
         &self,
-        start: Mm,
+        start: Mm2,
         operator: Box<dyn Operator + Send>,
         (seed, latency): (u64, Duration),
     ) -> Result<Attempt, StudyError> {
@@ -166,8 +166,8 @@ impl<'a> Ours<'a> {
     /// Then the nearest sample gives the distance.
     fn attempt_of(&self, result: &SimResult, driven: bool, seconds: f64) -> Attempt {
         let jogs = result.samples.iter().filter(|sample| sample.kind == SampleKind::Jog);
-        let path: Vec<Mm> = jogs.map(|sample| sample.position_mm).collect();
-        let clearance = |at: &Mm| self.shape.clearance(*at) - self.radius_mm();
+        let path: Vec<Mm2> = jogs.map(|sample| sample.position_mm).collect();
+        let clearance = |at: &Mm2| self.shape.clearance(*at) - self.radius_mm();
         // Without simulated drives the tool jumps from sample to sample, so its speed has no meaning.
         let fastest_mm_s = driven.then(|| fastest(&result.samples));
         let nearest = || path.iter().map(clearance).fold(FARTHEST_MM, f64::min);
@@ -205,7 +205,7 @@ impl<'a> Ours<'a> {
     }
 
     /// The settings of a session that begins at `start`, at the paper's baud rate.
-    fn run(&self, start: Mm, latency: Duration, seed: u64, servo: Option<&ServoConfig>) -> SimRun {
+    fn run(&self, start: Mm2, latency: Duration, seed: u64, servo: Option<&ServoConfig>) -> SimRun {
         SimRun {
             machine: self.machine.clone(),
             servo: servo.cloned(),
@@ -228,7 +228,7 @@ fn fastest(samples: &[Sample]) -> f64 {
         let seconds = sample.at.since(since.at).as_secs_f64();
         if seconds >= 0.01 {
             if sample.kind == SampleKind::Jog && since.kind == SampleKind::Jog {
-                fastest = fastest.max(distance(sample.position_mm, since.position_mm) / seconds);
+                fastest = fastest.max(sample.position_mm.distance(since.position_mm) / seconds);
             }
             since = sample;
         }
@@ -250,7 +250,7 @@ impl Operator for Insistent {
         else {
             return input;
         };
-        OperatorInput { velocity: toward(at, wall, 0.0), ..input }
+        OperatorInput { velocity: at.direction_to(wall), ..input }
     }
 
     fn command(&mut self) -> Option<OperatorCommand> {

@@ -3,6 +3,7 @@
 
 use std::fmt::Write as _;
 
+use keepout_planner::Mm2;
 use keepout_planner::report::table::markdown;
 
 use super::attempt::real;
@@ -215,7 +216,7 @@ fn summary(text: &mut String, results: &Results) {
 fn shapes(text: &mut String, scenarios: &Scenarios) {
     let mut table = vec![vec!["profile".to_string(), "description".into(), "corners, mm".into()]];
     for shape in &scenarios.profile {
-        let corners: Vec<String> = shape.corners.iter().map(|(x, y)| format!("({x}, {y})")).collect();
+        let corners: Vec<String> = shape.corners.iter().map(|Mm2 { x, y }| format!("({x}, {y})")).collect();
         table.push(vec![shape.name.clone(), shape.title.clone(), corners.join(" ")]);
     }
     *text += &markdown(&table);

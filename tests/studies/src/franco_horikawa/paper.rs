@@ -18,17 +18,17 @@ use keepout_executor::session::{Sample, SampleKind};
 use keepout_executor::supervisor::{OperatorInput, Phase};
 use keepout_guard::Time;
 use keepout_kernel::{ProhibitedRegion, Vector};
+use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::PlanParameters;
-use keepout_planner::units::nearest_on_mm;
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::{Model, ModelKind};
 
 use super::attempt::{Attempt, PEOPLE, operator_of, seed_of};
 use super::delays::Delays;
 use super::invasion::{Classified, Intervals, prohibited};
-use super::modules::{Modules, STEP_S, distance};
-use super::scenario::{MachinedProfile, Mm, StudyError};
+use super::modules::{Modules, STEP_S};
+use super::scenario::{MachinedProfile, StudyError};
 
 /// Range of distances between the tool's edge and the part at the start, mm.
 pub const START_MM: (f64, f64) = (8.0, 30.0);
@@ -59,7 +59,7 @@ pub struct Ground<'a> {
     part: ProhibitedRegion,
     radius_mm: f64,
     /// The profile enlarged by the radius, with the paper's construction.
-    polygon: Vec<Mm>,
+    polygon: Vec<Mm2>,
     check: Intervals,
 }
 
@@ -91,14 +91,14 @@ impl<'a> Ground<'a> {
 
     /// Whether an invasion at `at` is a false alarm, caused by the extension of a segment: all segments are
     /// farther than the tolerance.
-    fn is_false_alarm(&self, at: Mm, tolerance_mm: f64) -> bool {
+    fn is_false_alarm(&self, at: Mm2, tolerance_mm: f64) -> bool {
         let closed = self.polygon.iter().copied().zip(self.polygon.iter().copied().cycle().skip(1));
-        let mut far = closed.map(|(from, to)| distance(at, nearest_on_mm(at, from, to)));
+        let mut far = closed.map(|(from, to)| at.distance(at.nearest_on(from, to)));
         far.all(|far| far > tolerance_mm)
     }
 
     /// Distance of the tool's edge from the part, mm. Negative in the part.
-    fn clearance(&self, at: Mm) -> f64 {
+    fn clearance(&self, at: Mm2) -> f64 {
         self.shape.clearance(at) - self.radius_mm
     }
 }
@@ -154,7 +154,7 @@ impl<'a> Paper<'a> {
     /// Runs roughing until the operator ends it. After a stop, the controller sends only motions away from
     /// the segment.
     #[must_use]
-    pub fn session(&self, start: Mm, operator: Box<dyn Operator>, seed: u64) -> Attempt {
+    pub fn session(&self, start: Mm2, operator: Box<dyn Operator>, seed: u64) -> Attempt {
         let mut scene = Scene::new(self, start, operator, Going::OnAfterStops);
         scene.drive(&mut fastrand::Rng::with_seed(seed));
         scene.attempt()
@@ -193,14 +193,14 @@ struct Scene<'a> {
     clearance_mm: f64,
     /// Smallest distance from the part, mm.
     closest_mm: f64,
-    path: Vec<Mm>,
+    path: Vec<Mm2>,
     steps: u64,
     /// Elapsed time that is not simulated yet, s.
     owed_s: f64,
 }
 
 impl<'a> Scene<'a> {
-    fn new(paper: &'a Paper<'a>, start: Mm, operator: Box<dyn Operator>, going: Going) -> Self {
+    fn new(paper: &'a Paper<'a>, start: Mm2, operator: Box<dyn Operator>, going: Going) -> Self {
         let offset = Vector { dx: 0, dy: 0 };
         let radius = keepout_planner::units::length_up_from_mm(paper.ground.radius_mm);
         let radius = radius.unwrap_or(keepout_kernel::Length::ZERO);
@@ -304,13 +304,13 @@ impl<'a> Scene<'a> {
     }
 
     /// Sends a motion in the direction of the stick, if the stick is tilted and the motion is allowed.
-    fn send(&mut self, position: Mm, invades: bool) {
+    fn send(&mut self, position: Mm2, invades: bool) {
         let delays = self.paper.delays;
         let stick = self.input.velocity;
-        let tilt = distance(stick, (0.0, 0.0));
-        let motion = (stick.0 / tilt * delays.unit_mm, stick.1 / tilt * delays.unit_mm);
-        let end = (position.0 + motion.0, position.1 + motion.1);
-        let far = |at: Mm| self.paper.ground.check.nearest(at).map_or(f64::INFINITY, |(_, far)| far);
+        let tilt = stick.distance(Mm2::new(0.0, 0.0));
+        let motion = stick / tilt * delays.unit_mm;
+        let end = position + motion;
+        let far = |at: Mm2| self.paper.ground.check.nearest(at).map_or(f64::INFINITY, |(_, far)| far);
         if tilt > TILTED && !(invades && far(end) <= far(position)) {
             self.pass(delays.line_s(delays.motion_bytes) + delays.controller_s);
             self.modules.go(motion);

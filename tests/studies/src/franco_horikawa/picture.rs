@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use keepout_planner::Mm2;
 use keepout_planner::report::chart::sheet;
 use keepout_planner::report::element::{Element, Lines, background, circle, path, points, polyline, text};
 use keepout_planner::report::{Trace, TraceKind, svg};
@@ -63,9 +64,9 @@ pub fn paths(scenarios: &Scenarios, seed: u64) -> Result<Vec<Picture>, StudyErro
 
 fn traces(attempts: &[Attempt]) -> Vec<Trace> {
     let thin = |attempt: &Attempt| {
-        let mut points_mm: Vec<(f64, f64)> = Vec::new();
+        let mut points_mm: Vec<Mm2> = Vec::new();
         for (number, &at) in attempt.path.iter().enumerate() {
-            let far = |last: &(f64, f64)| (at.0 - last.0).hypot(at.1 - last.1) >= APART_MM;
+            let far = |last: &Mm2| at.distance(*last) >= APART_MM;
             if number + 1 == attempt.path.len() || points_mm.last().is_none_or(far) {
                 points_mm.push(at);
             }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use keepout_planner::Mm2;
 use keepout_planner::machine::{MachineError, MachineProfile};
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::profile::MachinedSide;
@@ -10,9 +11,6 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::delays::Delays;
-
-/// A point, mm.
-pub type Mm = (f64, f64);
 
 /// All settings of the study.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -43,7 +41,7 @@ pub struct MachinedProfile {
     /// Side of the tool.
     side: ShapeSide,
     /// Corners of the closed profile, drawing coordinates, mm.
-    pub corners: Vec<Mm>,
+    pub corners: Vec<Mm2>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -188,7 +186,7 @@ impl MachinedProfile {
     /// A bar of 40 by 60 mm. Its left side is the barrier of the one-dimensional system.
     #[must_use]
     pub fn bar() -> Self {
-        let corners = vec![(0.0, 0.0), (40.0, 0.0), (40.0, 60.0), (0.0, 60.0)];
+        let corners = [(0.0, 0.0), (40.0, 0.0), (40.0, 60.0), (0.0, 60.0)].map(Mm2::from).to_vec();
         Self { name: "bar".into(), title: "bar".into(), side: ShapeSide::Outside, corners }
     }
 
@@ -202,7 +200,7 @@ impl MachinedProfile {
     }
 
     /// The edges of the profile.
-    pub fn edges(&self) -> impl Iterator<Item = (Mm, Mm)> + '_ {
+    pub fn edges(&self) -> impl Iterator<Item = (Mm2, Mm2)> + '_ {
         let next = self.corners.iter().cycle().skip(1);
         self.corners.iter().copied().zip(next.copied())
     }
@@ -212,25 +210,23 @@ impl MachinedProfile {
     pub fn box_mm(&self) -> (f64, f64, f64, f64) {
         let none = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
         self.corners.iter().fold(none, |around, corner| {
-            (around.0.min(corner.0), around.1.min(corner.1), around.2.max(corner.0), around.3.max(corner.1))
+            (around.0.min(corner.x), around.1.min(corner.y), around.2.max(corner.x), around.3.max(corner.y))
         })
     }
 
     /// The nearest point of the profile, mm.
     #[must_use]
-    pub fn nearest(&self, p: Mm) -> Mm {
-        let feet = self.edges().map(|(a, b)| keepout_planner::units::nearest_on_mm(p, a, b));
-        let far = |q: Mm| (p.0 - q.0).hypot(p.1 - q.1);
-        feet.min_by(|a, b| far(*a).total_cmp(&far(*b))).unwrap_or(p)
+    pub fn nearest(&self, p: Mm2) -> Mm2 {
+        let feet = self.edges().map(|(a, b)| p.nearest_on(a, b));
+        feet.min_by(|a, b| p.distance(*a).total_cmp(&p.distance(*b))).unwrap_or(p)
     }
 
     /// Signed distance to the profile, mm. Positive on the side of the tool.
     #[must_use]
-    pub fn clearance(&self, p: Mm) -> f64 {
-        let foot = self.nearest(p);
-        let distance = (p.0 - foot.0).hypot(p.1 - foot.1);
+    pub fn clearance(&self, p: Mm2) -> f64 {
+        let distance = p.distance(self.nearest(p));
         let crossings = self.edges().filter(|(a, b)| {
-            (a.1 > p.1) != (b.1 > p.1) && p.0 < a.0 + (p.1 - a.1) / (b.1 - a.1) * (b.0 - a.0)
+            (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
         });
         let within = crossings.count() % 2 == 1;
         if within == (self.side == ShapeSide::Inside) { distance } else { -distance }
@@ -241,7 +237,7 @@ impl MachinedProfile {
     pub fn dxf(&self) -> String {
         let mut text =
             String::from("0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n");
-        for ((x0, y0), (x1, y1)) in self.edges() {
+        for (Mm2 { x: x0, y: y0 }, Mm2 { x: x1, y: y1 }) in self.edges() {
             let _ = write!(text, "0\nLINE\n8\n0\n10\n{x0}\n20\n{y0}\n11\n{x1}\n21\n{y1}\n");
         }
         text + "0\nENDSEC\n0\nEOF\n"
@@ -267,14 +263,14 @@ impl MachinedProfile {
         radius_mm: f64,
         (from_mm, to_mm): (f64, f64),
         random: &mut fastrand::Rng,
-    ) -> Result<Mm, StudyError> {
+    ) -> Result<Mm2, StudyError> {
         let (x0, y0, x1, y1) = self.box_mm();
         let grown = radius_mm + to_mm;
         let (width, height) = (x1 - x0 + 2.0 * grown, y1 - y0 + 2.0 * grown);
         let place = |random: &mut fastrand::Rng| {
-            (x0 - grown + width * random.f64(), y0 - grown + height * random.f64())
+            Mm2::new(x0 - grown + width * random.f64(), y0 - grown + height * random.f64())
         };
-        let fits = |p: &Mm| (from_mm..=to_mm).contains(&(self.clearance(*p) - radius_mm));
+        let fits = |p: &Mm2| (from_mm..=to_mm).contains(&(self.clearance(*p) - radius_mm));
         let found = (0..TRIES).map(|_| place(random)).find(fits);
         found.ok_or_else(|| StudyError::NoStart { name: self.name.clone() })
     }
@@ -305,6 +301,7 @@ mod tests {
         for (at, clearance) in
             [((-5.0, 10.0), 5.0), ((3.0, 30.0), -3.0), ((-3.0, -4.0), 5.0), ((20.0, 58.0), -2.0)]
         {
+            let at = Mm2::from(at);
             assert!((bar.clearance(at) - clearance).abs() < 1e-12, "{at:?}");
             assert!((pocket.clearance(at) + clearance).abs() < 1e-12, "{at:?}");
         }

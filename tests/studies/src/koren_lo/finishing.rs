@@ -3,6 +3,7 @@
 use keepout_drives::Axes;
 use keepout_drives::path::PathPiece;
 use keepout_kernel::{ArcView, Curve};
+use keepout_planner::Mm2;
 use keepout_planner::plan::Plan;
 use keepout_planner::units::point_mm;
 
@@ -37,7 +38,7 @@ pub fn loops(plan: &Plan) -> Vec<ContourPath> {
 
 fn piece(curve: &Curve) -> PathPiece {
     let at = |point| {
-        let (x, y) = point_mm(point);
+        let Mm2 { x, y } = point_mm(point);
         Axes::new(x, y)
     };
     match curve {

@@ -56,6 +56,7 @@ impl EnablingInterlock {
 #[cfg(test)]
 mod tests {
     use keepout_executor::supervisor::StickSettings;
+    use keepout_planner::Mm2;
 
     use super::*;
 
@@ -67,33 +68,33 @@ mod tests {
     }
 
     fn reading(x: f64, dead_man: bool) -> Reading {
-        Reading { connection: 1, known: true, axes: (x, 0.0), dead_man, ..Reading::default() }
+        Reading { connection: 1, known: true, axes: Mm2::new(x, 0.0), dead_man, ..Reading::default() }
     }
 
-    fn velocity(interlock: &mut EnablingInterlock, reading: &Reading) -> (f64, f64) {
+    fn velocity(interlock: &mut EnablingInterlock, reading: &Reading) -> Mm2 {
         interlock.input(reading, FRESH).unwrap().velocity
     }
 
     #[test]
     fn stick_held_while_plugged_in_does_not_move_the_tool_until_it_was_at_rest() {
         let mut interlock = interlock();
-        let turned = Reading { turned_mm: (1.0, 0.0), ..reading(1.0, true) };
+        let turned = Reading { turned_mm: Mm2::new(1.0, 0.0), ..reading(1.0, true) };
         assert_eq!(interlock.input(&turned, FRESH), Some(OperatorInput::default()));
         assert_eq!(
             velocity(&mut interlock, &reading(0.0, true)),
-            (0.0, 0.0),
+            Mm2::ZERO,
             "centred, but the dead-man button is held"
         );
-        assert_eq!(velocity(&mut interlock, &reading(1.0, true)), (0.0, 0.0));
-        assert_eq!(velocity(&mut interlock, &reading(1.0, false)), (0.0, 0.0), "released, but not centred");
-        assert_eq!(velocity(&mut interlock, &reading(1.0, true)), (0.0, 0.0));
-        assert_eq!(velocity(&mut interlock, &reading(0.05, false)), (0.0, 0.0));
-        assert_eq!(velocity(&mut interlock, &reading(1.0, true)), (1.0, 0.0));
-        assert_eq!(interlock.input(&turned, FRESH).unwrap().turned_mm, (1.0, 0.0));
+        assert_eq!(velocity(&mut interlock, &reading(1.0, true)), Mm2::ZERO);
+        assert_eq!(velocity(&mut interlock, &reading(1.0, false)), Mm2::ZERO, "released, but not centred");
+        assert_eq!(velocity(&mut interlock, &reading(1.0, true)), Mm2::ZERO);
+        assert_eq!(velocity(&mut interlock, &reading(0.05, false)), Mm2::ZERO);
+        assert_eq!(velocity(&mut interlock, &reading(1.0, true)), Mm2::new(1.0, 0.0));
+        assert_eq!(interlock.input(&turned, FRESH).unwrap().turned_mm, Mm2::new(1.0, 0.0));
         let again = Reading { connection: 2, ..reading(1.0, true) };
         assert_eq!(
             velocity(&mut interlock, &again),
-            (0.0, 0.0),
+            Mm2::ZERO,
             "unplugged and plugged in between two inputs"
         );
     }
@@ -104,11 +105,11 @@ mod tests {
         velocity(&mut interlock, &reading(0.0, false));
         let held = reading(1.0, true);
         for _ in 0..10_000 {
-            assert_eq!(interlock.input(&held, READING_STALE).unwrap().velocity, (1.0, 0.0));
+            assert_eq!(interlock.input(&held, READING_STALE).unwrap().velocity, Mm2::new(1.0, 0.0));
         }
         let late = READING_STALE + Duration::from_millis(1);
         assert_eq!(interlock.input(&held, late), None);
-        assert_eq!(velocity(&mut interlock, &held), (0.0, 0.0), "no motion before it was at rest again");
+        assert_eq!(velocity(&mut interlock, &held), Mm2::ZERO, "no motion before it was at rest again");
     }
 
     #[test]

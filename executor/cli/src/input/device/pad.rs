@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use keepout_executor::supervisor::OperatorCommand;
+use keepout_planner::Mm2;
 
 use super::map::{Action, Mapping};
 use crate::input::handwheel::Handwheel;
@@ -140,11 +141,11 @@ impl Pad {
 
     /// The stick's raw axes, −1 to 1. Up is +y. Zero if the state is unknown, or if the device has no stick.
     #[must_use]
-    pub fn axes(&self) -> (f64, f64) {
-        let Some([x, y]) = self.state.axes.filter(|_| self.in_step) else { return (0.0, 0.0) };
+    pub fn axes(&self) -> Mm2 {
+        let Some([x, y]) = self.state.axes.filter(|_| self.in_step) else { return Mm2::ZERO };
         let share = |(range, value): (AxisRange, i32)| range.share(value).unwrap_or(0.0);
         // A stick that is pushed away has a smaller y value. In the drawing this direction is +y.
-        (share(x), -share(y))
+        Mm2::new(share(x), -share(y))
     }
 
     /// Whether a dead-man button is held. False if the state is unknown.
@@ -237,9 +238,9 @@ mod tests {
     fn report_takes_effect_as_a_whole_and_up_is_plus_y() {
         let mut pad = pad();
         feed(&mut pad, &[RawEvent::Axis { code: 0, value: 32767 }, button(TL, true)]);
-        assert!(pad.axes().0.abs() < 1e-4 && !pad.dead_man(), "not before the report");
+        assert!(pad.axes().x.abs() < 1e-4 && !pad.dead_man(), "not before the report");
         feed(&mut pad, &[RawEvent::Axis { code: 1, value: -32768 }, RawEvent::Report]);
-        assert_eq!(pad.axes(), (1.0, 1.0));
+        assert_eq!(pad.axes(), Mm2::new(1.0, 1.0));
         assert!(pad.dead_man());
         feed(&mut pad, &[button(TL, false), RawEvent::Report]);
         assert!(!pad.dead_man());
@@ -267,7 +268,7 @@ mod tests {
         assert!(pad.dead_man() && pad.armed());
         feed(&mut pad, &[RawEvent::Dropped]);
         assert!(!pad.in_step() && !pad.dead_man() && !pad.armed());
-        assert_eq!(pad.axes(), (0.0, 0.0));
+        assert_eq!(pad.axes(), Mm2::ZERO);
         // The rest of the torn report has no effect.
         feed(&mut pad, &[button(TL, true), button(EAST, true), RawEvent::Report]);
         assert!(!pad.dead_man() && pad.take_commands().is_empty());
@@ -276,7 +277,7 @@ mod tests {
             axes: Some([(range, 150), (range, 100)]),
             buttons: BTreeSet::from([TL, EAST]),
         });
-        assert_eq!(pad.axes(), (0.5, 0.0));
+        assert_eq!(pad.axes(), Mm2::new(0.5, 0.0));
         assert!(pad.dead_man() && pad.take_commands().is_empty());
     }
 
@@ -303,7 +304,7 @@ mod tests {
         feed(&mut pad, &[RawEvent::Report, turned(-1), RawEvent::Turned { code: 0, pulses: 9 }]);
         feed(&mut pad, &[RawEvent::Report]);
         assert_eq!((pad.wheel().axis(), pad.wheel().step()), (WheelAxis::Y, StepSize::Millimetre));
-        assert_eq!(pad.wheel().take_mm(), (0.2, -1.0));
+        assert_eq!(pad.wheel().take_mm(), Mm2::new(0.2, -1.0));
     }
 
     #[test]
@@ -325,10 +326,10 @@ mod tests {
                 21..=30 => RawEvent::Turned { code: random.u16(0..12), pulses: random.i32(..) },
                 _ => RawEvent::Axis { code: random.u16(0..4), value: random.i32(..) },
             });
-            let (x, y) = pad.axes();
+            let Mm2 { x, y } = pad.axes();
             assert!(x.abs() <= 1.0 && y.abs() <= 1.0);
             assert!(pad.in_step() || !pad.dead_man() && !pad.armed() && (x, y) == (0.0, 0.0));
-            let (dx, dy) = pad.wheel().take_mm();
+            let Mm2 { x: dx, y: dy } = pad.wheel().take_mm();
             assert!(dx.abs() <= 10.0 && dy.abs() <= 10.0);
             if !pad.in_step() && random.u8(0..5) == 0 {
                 let range = AxisRange { low: random.i32(..), high: random.i32(..) };

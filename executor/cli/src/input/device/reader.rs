@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use keepout_executor::operator::Panel;
 use keepout_executor::supervisor::OperatorCommand;
+use keepout_planner::Mm2;
 
 use super::DeviceError;
 use super::map::Mapping;
@@ -49,7 +50,7 @@ pub struct Reading {
     /// Whether the device is present and its state is known.
     pub known: bool,
     /// The stick's raw axes, −1 to 1. Up is +y.
-    pub axes: (f64, f64),
+    pub axes: Mm2,
     /// Whether a dead-man button is held.
     pub dead_man: bool,
     /// Whether the cycle is armed.
@@ -57,7 +58,7 @@ pub struct Reading {
     /// Commands since the last reading, in order.
     pub commands: Vec<OperatorCommand>,
     /// Distance that the handwheels were turned since the session loop last took it, mm.
-    pub turned_mm: (f64, f64),
+    pub turned_mm: Mm2,
     /// Status line with the handwheel's axis and step size.
     pub status: String,
 }
@@ -94,7 +95,7 @@ impl<D: Devices> Reader<D> {
     ///
     /// [`Self::round`] leaves it out of its readings. So the bound on pulses holds for each input, for any
     /// number of readings between two inputs.
-    pub fn take_turned_mm(&mut self) -> (f64, f64) {
+    pub fn take_turned_mm(&mut self) -> Mm2 {
         self.pad.wheel().take_mm()
     }
 
@@ -161,7 +162,7 @@ impl<D: Devices> Reader<D> {
             dead_man: self.pad.dead_man(),
             armed: self.pad.armed(),
             commands: self.pad.take_commands(),
-            turned_mm: (0.0, 0.0),
+            turned_mm: Mm2::ZERO,
             status,
         }
     }
@@ -250,10 +251,10 @@ pub(super) mod tests {
     fn unplugged_device_gives_no_input_and_is_searched_twice_a_second() {
         let (fake, mut reader, panel) = plugged(standing(50, true));
         let first = reader.round(ms(0));
-        assert!(first.known && first.dead_man && first.axes == (0.5, 0.0));
+        assert!(first.known && first.dead_man && first.axes == Mm2::new(0.5, 0.0));
         fake.0.borrow_mut().plugged = false;
         let gone = reader.round(ms(4));
-        assert!(!gone.known && !gone.dead_man && gone.axes == (0.0, 0.0));
+        assert!(!gone.known && !gone.dead_man && gone.axes == Mm2::ZERO);
         assert!(gone.connection > first.connection);
         assert!(panel.notices().last().unwrap().contains("unplugged"));
         let looked = fake.0.borrow().looked;
@@ -276,6 +277,6 @@ pub(super) mod tests {
             played.state = standing(-100, true);
         }
         let after = reader.round(ms(4));
-        assert!(after.known && after.axes == (-1.0, 0.0) && after.connection > first.connection);
+        assert!(after.known && after.axes == Mm2::new(-1.0, 0.0) && after.connection > first.connection);
     }
 }

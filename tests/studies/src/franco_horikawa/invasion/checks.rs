@@ -3,7 +3,8 @@
 
 use thiserror::Error;
 
-use super::{PointMm, cross, dot, length, segments, vector};
+use super::segments;
+use keepout_planner::Mm2;
 
 /// Largest number of points of a matrix.
 const POINTS_MAX: f64 = 16_000_000.0;
@@ -32,7 +33,7 @@ pub enum MatrixError {
 /// undetected. A query computes the distance to every point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointMatrix {
-    points: Vec<PointMm>,
+    points: Vec<Mm2>,
 }
 
 impl PointMatrix {
@@ -40,8 +41,8 @@ impl PointMatrix {
     ///
     /// # Errors
     /// [`MatrixError`] if the separation is not above zero, or gives more than 16 million points.
-    pub fn new(profile: &[PointMm], spacing_mm: f64) -> Result<Self, MatrixError> {
-        let count: f64 = segments(profile).map(|(a, b)| length(vector(a, b)) / spacing_mm + 1.0).sum();
+    pub fn new(profile: &[Mm2], spacing_mm: f64) -> Result<Self, MatrixError> {
+        let count: f64 = segments(profile).map(|(a, b)| a.distance(b) / spacing_mm + 1.0).sum();
         if !(spacing_mm.is_finite() && spacing_mm > 0.0 && count.is_finite() && count <= POINTS_MAX) {
             return Err(MatrixError::Spacing { spacing_mm });
         }
@@ -63,22 +64,22 @@ impl PointMatrix {
 
     /// Distance from `p` to the nearest point of the matrix, mm. Infinite for an empty matrix.
     #[must_use]
-    pub fn distance_mm(&self, p: PointMm) -> f64 {
-        self.points.iter().map(|&point| length(vector(p, point))).fold(f64::INFINITY, f64::min)
+    pub fn distance_mm(&self, p: Mm2) -> f64 {
+        self.points.iter().map(|&point| p.distance(point)).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether a tool at `p` invades, by eq. (1): its distance to a point is at most the tolerance T.
     #[must_use]
-    pub fn invades(&self, p: PointMm, tolerance_mm: f64) -> bool {
+    pub fn invades(&self, p: Mm2, tolerance_mm: f64) -> bool {
         self.distance_mm(p) <= tolerance_mm
     }
 }
 
 /// The points of a segment, with `a` and without `b`. A segment without length has no points.
-fn points_along(a: PointMm, b: PointMm, spacing_mm: f64) -> impl Iterator<Item = PointMm> {
-    let (along, whole) = (vector(a, b), length(vector(a, b)));
+fn points_along(a: Mm2, b: Mm2, spacing_mm: f64) -> impl Iterator<Item = Mm2> {
+    let (along, whole) = (b - a, a.distance(b));
     let distances = (0_u32..).map(move |j| f64::from(j) * spacing_mm).take_while(move |s| *s < whole);
-    distances.map(move |s| (a.0 + along.0 * s / whole, a.1 + along.1 * s / whole))
+    distances.map(move |s| a + along * s / whole)
 }
 
 /// The second method: the sum β + Φ + δ of the angles that the triangle's sides subtend at `p`, in degrees.
@@ -86,10 +87,10 @@ fn points_along(a: PointMm, b: PointMm, spacing_mm: f64) -> impl Iterator<Item =
 /// It is 360° inside the triangle and less outside. At a corner two of the angles do not exist and count as
 /// zero.
 #[must_use]
-pub fn angle_sum_deg(p: PointMm, triangle: [PointMm; 3]) -> f64 {
-    let subtended = |(a, b)| {
-        let (u, v) = (vector(p, a), vector(p, b));
-        cross(u, v).abs().atan2(dot(u, v)).to_degrees()
+pub fn angle_sum_deg(p: Mm2, triangle: [Mm2; 3]) -> f64 {
+    let subtended = |(a, b): (Mm2, Mm2)| {
+        let (u, v) = (a - p, b - p);
+        u.cross(v).abs().atan2(u.dot(v)).to_degrees()
     };
     segments(&triangle).map(subtended).sum()
 }
@@ -97,7 +98,7 @@ pub fn angle_sum_deg(p: PointMm, triangle: [PointMm; 3]) -> f64 {
 /// Whether `p` is external to the triangle: the sum of angles is below 360° by more than 1e-9°, the rounding
 /// tolerance.
 #[must_use]
-pub fn is_external(p: PointMm, triangle: [PointMm; 3]) -> bool {
+pub fn is_external(p: Mm2, triangle: [Mm2; 3]) -> bool {
     angle_sum_deg(p, triangle) < 360.0 - ROUNDING_DEG
 }
 
@@ -108,7 +109,7 @@ pub fn is_external(p: PointMm, triangle: [PointMm; 3]) -> bool {
 /// segment is this triangle, so it is correct for triangles. It has no tolerance, so it detects a tool only
 /// inside the part.
 #[must_use]
-pub fn angle_sum_invades(profile: &[PointMm], p: PointMm) -> bool {
+pub fn angle_sum_invades(profile: &[Mm2], p: Mm2) -> bool {
     let nearest = Intervals::new(profile, Classified::ByXOrY).nearest(p);
     nearest.is_some_and(|(segment, _)| {
         let corner = |i: usize| profile[(segment + i) % profile.len()];
@@ -131,27 +132,27 @@ pub enum Classified {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Segment {
     index: usize,
-    from: PointMm,
-    to: PointMm,
+    from: Mm2,
+    to: Mm2,
 }
 
 impl Segment {
     fn least_x(&self) -> f64 {
-        self.from.0.min(self.to.0)
+        self.from.x.min(self.to.x)
     }
 
-    fn x_holds(&self, p: PointMm) -> bool {
-        self.least_x() <= p.0 && p.0 <= self.from.0.max(self.to.0)
+    fn x_holds(&self, p: Mm2) -> bool {
+        self.least_x() <= p.x && p.x <= self.from.x.max(self.to.x)
     }
 
-    fn y_holds(&self, p: PointMm) -> bool {
-        self.from.1.min(self.to.1) <= p.1 && p.1 <= self.from.1.max(self.to.1)
+    fn y_holds(&self, p: Mm2) -> bool {
+        self.from.y.min(self.to.y) <= p.y && p.y <= self.from.y.max(self.to.y)
     }
 
     /// Distance to the infinite line through the segment, eq. (2), mm.
-    fn line_distance_mm(&self, p: PointMm) -> f64 {
-        let along = vector(self.from, self.to);
-        (cross(vector(self.from, p), along) / length(along)).abs()
+    fn line_distance_mm(&self, p: Mm2) -> f64 {
+        let along = self.to - self.from;
+        ((p - self.from).cross(along) / along.length()).abs()
     }
 }
 
@@ -170,7 +171,7 @@ pub struct Intervals {
 impl Intervals {
     /// The segments of `profile`, sorted by their x intervals. Segments without length are dropped.
     #[must_use]
-    pub fn new(profile: &[PointMm], classified: Classified) -> Self {
+    pub fn new(profile: &[Mm2], classified: Classified) -> Self {
         let mut sorted: Vec<Segment> = segments(profile)
             .enumerate()
             .map(|(index, (from, to))| Segment { index, from, to })
@@ -183,7 +184,7 @@ impl Intervals {
     /// The nearest segment with `p` in its interval: its number in the route, and the distance of eq. (2) in
     /// mm.
     #[must_use]
-    pub fn nearest(&self, p: PointMm) -> Option<(usize, f64)> {
+    pub fn nearest(&self, p: Mm2) -> Option<(usize, f64)> {
         let distances = self.candidates(p).map(|segment| (segment.index, segment.line_distance_mm(p)));
         distances.min_by(|one, other| one.1.total_cmp(&other.1))
     }
@@ -191,13 +192,13 @@ impl Intervals {
     /// Whether a tool at `p` invades: the nearest segment with `p` in its interval is within the tolerance T
     /// by eq. (2).
     #[must_use]
-    pub fn invades(&self, p: PointMm, tolerance_mm: f64) -> bool {
+    pub fn invades(&self, p: Mm2, tolerance_mm: f64) -> bool {
         self.nearest(p).is_some_and(|(_, distance_mm)| distance_mm <= tolerance_mm)
     }
 
-    fn candidates(&self, p: PointMm) -> impl Iterator<Item = &Segment> {
+    fn candidates(&self, p: Mm2) -> impl Iterator<Item = &Segment> {
         let end = match self.classified {
-            Classified::ByX => self.segments.partition_point(|segment| segment.least_x() <= p.0),
+            Classified::ByX => self.segments.partition_point(|segment| segment.least_x() <= p.x),
             Classified::ByXOrY => self.segments.len(),
         };
         let by_y = self.classified == Classified::ByXOrY;

@@ -6,6 +6,7 @@
 //! A profile is a closed polygon. Its corners are in the order of the route, and the last corner connects to
 //! the first.
 
+use keepout_planner::Mm2;
 mod checks;
 mod radius;
 
@@ -14,29 +15,9 @@ pub use checks::{
 };
 pub use radius::{RadiusError, filter_very_close, is_above, prohibited, setback_mm, turn_rad};
 
-/// `(x, y)` in mm.
-pub type PointMm = (f64, f64);
-
 /// The segments of a closed profile in route order: P1P2, P2P3, and last the segment back to P1.
-fn segments(profile: &[PointMm]) -> impl Iterator<Item = (PointMm, PointMm)> {
+fn segments(profile: &[Mm2]) -> impl Iterator<Item = (Mm2, Mm2)> {
     profile.iter().copied().zip(profile.iter().copied().cycle().skip(1))
-}
-
-/// The vector from `a` to `b`.
-fn vector(a: PointMm, b: PointMm) -> PointMm {
-    (b.0 - a.0, b.1 - a.1)
-}
-
-fn cross(u: PointMm, v: PointMm) -> f64 {
-    u.0 * v.1 - u.1 * v.0
-}
-
-fn dot(u: PointMm, v: PointMm) -> f64 {
-    u.0 * v.0 + u.1 * v.1
-}
-
-fn length(u: PointMm) -> f64 {
-    u.0.hypot(u.1)
 }
 
 #[cfg(test)]

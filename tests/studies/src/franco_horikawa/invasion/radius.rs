@@ -1,10 +1,10 @@
 //! Construction of the prohibited profile and the tool path for a tool of radius R (section 5.3).
 
+use keepout_planner::Mm2;
 use keepout_planner::profile::MachinedSide;
-use keepout_planner::units::mm_pair;
 use thiserror::Error;
 
-use super::{PointMm, cross, dot, length, segments, vector};
+use super::segments;
 
 /// Reasons for which a prohibited profile can not be constructed.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -16,20 +16,20 @@ pub enum RadiusError {
         radius_mm: f64,
     },
     /// A corner has a coordinate that is not finite.
-    #[error("corner {index} of the profile, ({}, {}) mm, is invalid. Give finite coordinates.", at.0, at.1)]
+    #[error("corner {index} of the profile, ({}, {}) mm, is invalid. Give finite coordinates.", at.x, at.y)]
     NotFinite {
         /// Number of the corner, from 0.
         index: usize,
         /// Its coordinates, mm.
-        at: PointMm,
+        at: Mm2,
     },
     /// A corner has the same coordinates as the previous one.
-    #[error("corner {index} of the profile, {}, repeats the previous corner. Remove it.", mm_pair(*at))]
+    #[error("corner {index} of the profile, {at}, repeats the previous corner. Remove it.")]
     Repeats {
         /// Number of the corner, from 0.
         index: usize,
         /// Its coordinates, mm.
-        at: PointMm,
+        at: Mm2,
     },
     /// Too few corners remain for a polygon.
     #[error(
@@ -46,9 +46,9 @@ pub enum RadiusError {
 
 /// Eq. (4): the angle φ by which the route turns at `b`, in [0, π]. NaN if `b` repeats a neighbour.
 #[must_use]
-pub fn turn_rad(a: PointMm, b: PointMm, c: PointMm) -> f64 {
-    let (ab, bc) = (vector(a, b), vector(b, c));
-    (dot(ab, bc) / (length(ab) * length(bc))).clamp(-1.0, 1.0).acos()
+pub fn turn_rad(a: Mm2, b: Mm2, c: Mm2) -> f64 {
+    let (ab, bc) = (b - a, c - b);
+    (ab.dot(bc) / (ab.length() * bc.length())).clamp(-1.0, 1.0).acos()
 }
 
 /// Eq. (3): d = R tan(φ/2), the distance along the segment between the corners of path and profile, mm.
@@ -66,7 +66,7 @@ pub fn setback_mm(radius_mm: f64, turn_rad: f64) -> f64 {
 ///
 /// The filter ignores the machined side, so it removes convex corners of the part as well as concave ones.
 #[must_use]
-pub fn filter_very_close(profile: &[PointMm], radius_mm: f64) -> Vec<PointMm> {
+pub fn filter_very_close(profile: &[Mm2], radius_mm: f64) -> Vec<Mm2> {
     let mut kept = profile.to_vec();
     while let Some(index) = first_very_close(&kept, radius_mm) {
         kept.remove(index);
@@ -74,15 +74,15 @@ pub fn filter_very_close(profile: &[PointMm], radius_mm: f64) -> Vec<PointMm> {
     kept
 }
 
-fn first_very_close(profile: &[PointMm], radius_mm: f64) -> Option<usize> {
+fn first_very_close(profile: &[Mm2], radius_mm: f64) -> Option<usize> {
     if profile.len() < 3 {
         return None;
     }
     triples(profile).enumerate().find_map(|(index, [a, b, c])| {
         let setback = setback_mm(radius_mm, turn_rad(a, b, c));
-        if a == b || setback > length(vector(a, b)) {
+        if a == b || setback > a.distance(b) {
             Some((index + 1) % profile.len())
-        } else if setback > length(vector(b, c)) {
+        } else if setback > b.distance(c) {
             Some((index + 2) % profile.len())
         } else {
             None
@@ -91,7 +91,7 @@ fn first_very_close(profile: &[PointMm], radius_mm: f64) -> Option<usize> {
 }
 
 /// A, B, C for each corner B, from the second corner on.
-fn triples(profile: &[PointMm]) -> impl Iterator<Item = [PointMm; 3]> {
+fn triples(profile: &[Mm2]) -> impl Iterator<Item = [Mm2; 3]> {
     let corner = |i: usize| profile[i % profile.len()];
     (0..profile.len()).map(move |i| [corner(i), corner(i + 1), corner(i + 2)])
 }
@@ -102,8 +102,8 @@ fn triples(profile: &[PointMm]) -> impl Iterator<Item = [PointMm; 3]> {
 /// the direction of the shift in eq. (8). Then V·H > 0 means that `b` lies to the left of AC, and the route
 /// turns right at `b`. A point on AC is not above.
 #[must_use]
-pub fn is_above(a: PointMm, b: PointMm, c: PointMm) -> bool {
-    cross(vector(a, c), vector(a, b)) > 0.0
+pub fn is_above(a: Mm2, b: Mm2, c: Mm2) -> bool {
+    (c - a).cross(b - a) > 0.0
 }
 
 /// Steps 1 and 2: the polygon that the tool's centre must not enter, eqs. (6) to (13).
@@ -115,11 +115,7 @@ pub fn is_above(a: PointMm, b: PointMm, c: PointMm) -> bool {
 /// # Errors
 /// [`RadiusError`] if the radius is not above zero, a corner is not finite or repeats the previous one, or
 /// fewer than three corners remain after the filter.
-pub fn prohibited(
-    profile: &[PointMm],
-    radius_mm: f64,
-    side: MachinedSide,
-) -> Result<Vec<PointMm>, RadiusError> {
+pub fn prohibited(profile: &[Mm2], radius_mm: f64, side: MachinedSide) -> Result<Vec<Mm2>, RadiusError> {
     check(profile, radius_mm)?;
     let kept = filter_very_close(&tool_on_left(profile, side), radius_mm);
     if kept.len() < 3 {
@@ -128,13 +124,13 @@ pub fn prohibited(
     Ok(triples(&kept).map(|corner| shifted(corner, radius_mm)).collect())
 }
 
-fn check(profile: &[PointMm], radius_mm: f64) -> Result<(), RadiusError> {
+fn check(profile: &[Mm2], radius_mm: f64) -> Result<(), RadiusError> {
     if !(radius_mm.is_finite() && radius_mm > 0.0) {
         return Err(RadiusError::Radius { radius_mm });
     }
     let before = profile.iter().cycle().skip(profile.len().saturating_sub(1));
     for (index, (&at, &before)) in profile.iter().zip(before).enumerate() {
-        if !(at.0.is_finite() && at.1.is_finite()) {
+        if !at.is_finite() {
             return Err(RadiusError::NotFinite { index, at });
         }
         if at == before {
@@ -145,8 +141,8 @@ fn check(profile: &[PointMm], radius_mm: f64) -> Result<(), RadiusError> {
 }
 
 /// The profile in the direction that has the tool on its left.
-fn tool_on_left(profile: &[PointMm], side: MachinedSide) -> Vec<PointMm> {
-    let double_area: f64 = segments(profile).map(|(a, b)| cross(a, b)).sum();
+fn tool_on_left(profile: &[Mm2], side: MachinedSide) -> Vec<Mm2> {
+    let double_area: f64 = segments(profile).map(|(a, b)| a.cross(b)).sum();
     let inside_on_left = double_area > 0.0;
     let mut route = profile.to_vec();
     if inside_on_left != (side == MachinedSide::Inside) {
@@ -156,14 +152,10 @@ fn tool_on_left(profile: &[PointMm], side: MachinedSide) -> Vec<PointMm> {
 }
 
 /// B' for the corner B: eq. (11) above AC, eq. (13) below.
-fn shifted([a, b, c]: [PointMm; 3], radius_mm: f64) -> PointMm {
-    let ab = vector(a, b);
-    let parallel = (ab.0 / length(ab), ab.1 / length(ab));
-    let perpendicular = (-parallel.1, parallel.0);
+fn shifted([a, b, c]: [Mm2; 3], radius_mm: f64) -> Mm2 {
+    let ab = b - a;
+    let parallel = ab / ab.length();
     let setback = setback_mm(radius_mm, turn_rad(a, b, c));
     let along = if is_above(a, b, c) { setback } else { -setback };
-    (
-        b.0 + perpendicular.0 * radius_mm + parallel.0 * along,
-        b.1 + perpendicular.1 * radius_mm + parallel.1 * along,
-    )
+    b + parallel.left() * radius_mm + parallel * along
 }

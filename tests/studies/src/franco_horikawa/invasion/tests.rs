@@ -1,14 +1,14 @@
+use keepout_planner::Mm2;
 use keepout_planner::profile::MachinedSide;
-use keepout_planner::units::nearest_on_mm;
 
 use super::*;
 
-const SQUARE: [PointMm; 4] = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)];
-const TRIANGLE: [PointMm; 3] = [(0.0, 0.0), (40.0, 0.0), (10.0, 30.0)];
+const SQUARE: [Mm2; 4] = [Mm2::ZERO, Mm2::new(40.0, 0.0), Mm2::new(40.0, 40.0), Mm2::new(0.0, 40.0)];
+const TRIANGLE: [Mm2; 3] = [Mm2::ZERO, Mm2::new(40.0, 0.0), Mm2::new(10.0, 30.0)];
 
 /// The true distance to the polygon's boundary.
-fn true_distance_mm(profile: &[PointMm], p: PointMm) -> f64 {
-    segments(profile).map(|(a, b)| length(vector(p, nearest_on_mm(p, a, b)))).fold(f64::INFINITY, f64::min)
+fn true_distance_mm(profile: &[Mm2], p: Mm2) -> f64 {
+    segments(profile).map(|(a, b)| p.distance(p.nearest_on(a, b))).fold(f64::INFINITY, f64::min)
 }
 
 fn near(a: f64, b: f64, within: f64) -> bool {
@@ -16,10 +16,10 @@ fn near(a: f64, b: f64, within: f64) -> bool {
 }
 
 /// Points 0.01 mm apart from `a` to `b`, which avoid whole coordinates.
-fn travel(a: PointMm, b: PointMm) -> impl Iterator<Item = PointMm> {
-    let steps = (length(vector(a, b)) * 100.0).round();
+fn travel(a: Mm2, b: Mm2) -> impl Iterator<Item = Mm2> {
+    let steps = (a.distance(b) * 100.0).round();
     let shares = (0_u32..).map(f64::from).take_while(move |i| *i < steps).map(move |i| (i + 0.5) / steps);
-    shares.map(move |t| (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t))
+    shares.map(move |t| a + (b - a) * t)
 }
 
 mod matrix {
@@ -28,11 +28,11 @@ mod matrix {
     #[test]
     fn distance_is_accurate_to_half_the_separation() {
         let matrix = PointMatrix::new(&TRIANGLE, 0.5).unwrap();
-        for p in [(50.0, -3.0), (12.0, 8.0), (-4.0, 21.0)] {
+        for p in [(50.0, -3.0), (12.0, 8.0), (-4.0, 21.0)].map(Mm2::from) {
             let excess = matrix.distance_mm(p) - true_distance_mm(&TRIANGLE, p);
             assert!((-1e-12..=0.25).contains(&excess), "{p:?}: {excess}");
         }
-        assert!(matrix.invades((40.5, 0.0), 0.5) && !matrix.invades((40.6, 0.0), 0.5));
+        assert!(matrix.invades(Mm2::new(40.5, 0.0), 0.5) && !matrix.invades(Mm2::new(40.6, 0.0), 0.5));
     }
 
     #[test]
@@ -40,14 +40,14 @@ mod matrix {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-6] {
             assert!(PointMatrix::new(&SQUARE, bad).is_err(), "{bad}");
         }
-        assert!(PointMatrix::new(&[(f64::NAN, 0.0), (1.0, 0.0)], 1.0).is_err());
+        assert!(PointMatrix::new(&[Mm2::new(f64::NAN, 0.0), Mm2::new(1.0, 0.0)], 1.0).is_err());
         assert!(PointMatrix::new(&[], 1.0).unwrap().is_empty());
     }
 
     #[test]
     fn defect_a_tool_passes_between_two_points() {
         let matrix = PointMatrix::new(&SQUARE, 1.0).unwrap();
-        let across = || travel((5.5, -6.0), (5.5, 6.0));
+        let across = || travel(Mm2::new(5.5, -6.0), Mm2::new(5.5, 6.0));
         assert!(across().all(|p| !matrix.invades(p, 0.49)));
         assert!(across().any(|p| true_distance_mm(&SQUARE, p) < 0.01));
     }
@@ -64,32 +64,35 @@ mod angles {
 
     #[test]
     fn sum_is_360_inside_and_less_outside() {
-        assert!(near(angle_sum_deg((15.0, 10.0), TRIANGLE), 360.0, 1e-9));
-        assert!(angle_sum_deg((15.0, -10.0), TRIANGLE) < 350.0);
-        assert!(!is_external((15.0, 10.0), TRIANGLE) && is_external((41.0, 0.0), TRIANGLE));
-        assert!(angle_sum_invades(&TRIANGLE, (15.0, 1.0)) && !angle_sum_invades(&TRIANGLE, (15.0, -1.0)));
+        assert!(near(angle_sum_deg(Mm2::new(15.0, 10.0), TRIANGLE), 360.0, 1e-9));
+        assert!(angle_sum_deg(Mm2::new(15.0, -10.0), TRIANGLE) < 350.0);
+        assert!(!is_external(Mm2::new(15.0, 10.0), TRIANGLE) && is_external(Mm2::new(41.0, 0.0), TRIANGLE));
+        assert!(
+            angle_sum_invades(&TRIANGLE, Mm2::new(15.0, 1.0))
+                && !angle_sum_invades(&TRIANGLE, Mm2::new(15.0, -1.0))
+        );
     }
 
     #[test]
     fn defect_an_invasion_is_detected_only_after_it_happened() {
-        assert!(!angle_sum_invades(&TRIANGLE, (15.0, -0.001)));
-        assert!(angle_sum_invades(&TRIANGLE, (15.0, 0.001)));
+        assert!(!angle_sum_invades(&TRIANGLE, Mm2::new(15.0, -0.001)));
+        assert!(angle_sum_invades(&TRIANGLE, Mm2::new(15.0, 0.001)));
     }
 
     #[test]
     fn defect_on_the_boundary_rounding_decides() {
-        let sums = || (1_u32..4000).map(|i| angle_sum_deg((f64::from(i) * 0.01, 0.0), TRIANGLE));
+        let sums = || (1_u32..4000).map(|i| angle_sum_deg(Mm2::new(f64::from(i) * 0.01, 0.0), TRIANGLE));
         assert!(sums().all(|sum| near(sum, 360.0, 1e-12)));
         assert!(sums().any(|sum| sum < 360.0) && sums().any(|sum| sum >= 360.0));
         // A corner is on the boundary too, but only one of its three angles exists.
-        assert!(near(angle_sum_deg((0.0, 0.0), TRIANGLE), 3.0_f64.atan().to_degrees(), 1e-9));
-        assert!(is_external((0.0, 0.0), TRIANGLE));
+        assert!(near(angle_sum_deg(Mm2::ZERO, TRIANGLE), 3.0_f64.atan().to_degrees(), 1e-9));
+        assert!(is_external(Mm2::ZERO, TRIANGLE));
     }
 
     #[test]
     fn defect_wrong_on_both_sides_of_a_concave_corner() {
-        let notched = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (20.0, 10.0), (0.0, 40.0)];
-        let (in_notch, in_part) = ((21.0, 13.0), (25.0, 15.0));
+        let notched = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (20.0, 10.0), (0.0, 40.0)].map(Mm2::from);
+        let (in_notch, in_part) = (Mm2::new(21.0, 13.0), Mm2::new(25.0, 15.0));
         assert!(angle_sum_invades(&notched, in_notch));
         assert!(!angle_sum_invades(&notched, in_part));
         assert!(near(true_distance_mm(&notched, in_notch), 0.832, 0.001));
@@ -98,8 +101,8 @@ mod angles {
 
     #[test]
     fn defect_a_triangle_is_not_the_whole_of_a_rectangle() {
-        let rectangle = [(0.0, 0.0), (40.0, 0.0), (40.0, 10.0), (0.0, 10.0)];
-        let in_part = (2.0, 1.0);
+        let rectangle = [(0.0, 0.0), (40.0, 0.0), (40.0, 10.0), (0.0, 10.0)].map(Mm2::from);
+        let in_part = Mm2::new(2.0, 1.0);
         assert!(!angle_sum_invades(&rectangle, in_part));
         assert!(near(true_distance_mm(&rectangle, in_part), 1.0, 1e-12));
     }
@@ -114,42 +117,44 @@ mod intervals {
     fn distance_is_exact_beside_a_segment() {
         for classified in BOTH {
             let intervals = Intervals::new(&TRIANGLE, classified);
-            let (segment, distance_mm) = intervals.nearest((28.0, 15.0)).unwrap();
+            let (segment, distance_mm) = intervals.nearest(Mm2::new(28.0, 15.0)).unwrap();
             assert_eq!(segment, 1);
-            assert!(near(distance_mm, true_distance_mm(&TRIANGLE, (28.0, 15.0)), 1e-12));
-            assert!(intervals.invades((20.0, -1.0), 1.0) && !intervals.invades((20.0, -1.1), 1.0));
+            assert!(near(distance_mm, true_distance_mm(&TRIANGLE, Mm2::new(28.0, 15.0)), 1e-12));
+            assert!(
+                intervals.invades(Mm2::new(20.0, -1.0), 1.0) && !intervals.invades(Mm2::new(20.0, -1.1), 1.0)
+            );
         }
-        assert_eq!(Intervals::new(&[], Classified::ByXOrY).nearest((0.0, 0.0)), None);
-        assert_eq!(Intervals::new(&[(1.0, 1.0)], Classified::ByX).nearest((1.0, 1.0)), None);
+        assert_eq!(Intervals::new(&[], Classified::ByXOrY).nearest(Mm2::ZERO), None);
+        assert_eq!(Intervals::new(&[Mm2::new(1.0, 1.0)], Classified::ByX).nearest(Mm2::new(1.0, 1.0)), None);
     }
 
     #[test]
     fn defect_by_x_a_vertical_segment_is_never_detected() {
-        let through = || travel((-10.0, 20.0), (50.0, 20.0));
+        let through = || travel(Mm2::new(-10.0, 20.0), Mm2::new(50.0, 20.0));
         let by_x = Intervals::new(&SQUARE, Classified::ByX);
         assert!(through().all(|p| !by_x.invades(p, 5.0)));
         assert!(through().any(|p| true_distance_mm(&SQUARE, p) < 0.01));
-        assert_eq!(by_x.nearest((-0.005, 20.0)), None);
-        assert!(Intervals::new(&SQUARE, Classified::ByXOrY).invades((-5.0, 20.0), 5.0));
+        assert_eq!(by_x.nearest(Mm2::new(-0.005, 20.0)), None);
+        assert!(Intervals::new(&SQUARE, Classified::ByXOrY).invades(Mm2::new(-5.0, 20.0), 5.0));
     }
 
     #[test]
     fn defect_a_line_without_ends_is_near_far_from_the_segment() {
-        let wedge = [(0.0, 0.0), (100.0, 1.0), (0.0, 20.0)];
-        let beyond = (150.0, 0.9);
+        let wedge = [(0.0, 0.0), (100.0, 1.0), (0.0, 20.0)].map(Mm2::from);
+        let beyond = Mm2::new(150.0, 0.9);
         let (segment, distance_mm) = Intervals::new(&wedge, Classified::ByXOrY).nearest(beyond).unwrap();
         assert_eq!(segment, 0);
         assert!(near(distance_mm, 0.6, 1e-3), "{distance_mm}");
         assert!(near(true_distance_mm(&wedge, beyond), 50.0, 1e-3));
         // The same wedge with x and y exchanged, by x intervals.
-        let upright = wedge.map(|(x, y)| (y, x));
-        assert!(Intervals::new(&upright, Classified::ByX).invades((0.9, 150.0), 1.0));
+        let upright = wedge.map(|Mm2 { x, y }| Mm2::new(y, x));
+        assert!(Intervals::new(&upright, Classified::ByX).invades(Mm2::new(0.9, 150.0), 1.0));
     }
 
     #[test]
     fn defect_beyond_a_corner_no_interval_contains_the_tool() {
-        let tip = [(0.0, 0.0), (30.0, 10.0), (10.0, 30.0)];
-        let beyond = (-0.01, -0.01);
+        let tip = [(0.0, 0.0), (30.0, 10.0), (10.0, 30.0)].map(Mm2::from);
+        let beyond = Mm2::new(-0.01, -0.01);
         for classified in BOTH {
             assert_eq!(Intervals::new(&tip, classified).nearest(beyond), None);
         }
@@ -160,9 +165,9 @@ mod intervals {
     fn defect_no_sign_a_tool_past_the_band_is_not_detected() {
         for classified in BOTH {
             let intervals = Intervals::new(&SQUARE, classified);
-            let queries = [(20.0, -5.1), (20.0, 5.1), (20.0, 20.0)];
+            let queries = [(20.0, -5.1), (20.0, 5.1), (20.0, 20.0)].map(Mm2::from);
             assert!(queries.iter().all(|&p| !intervals.invades(p, 5.0)));
-            assert!(intervals.invades((20.0, 0.0), 5.0));
+            assert!(intervals.invades(Mm2::new(20.0, 0.0), 5.0));
         }
     }
 }
@@ -170,55 +175,60 @@ mod intervals {
 mod tool_radius {
     use super::*;
 
-    const QUADRILATERAL: [PointMm; 4] = [(0.0, 0.0), (60.0, 5.0), (50.0, 45.0), (-5.0, 30.0)];
+    const QUADRILATERAL: [Mm2; 4] =
+        [Mm2::ZERO, Mm2::new(60.0, 5.0), Mm2::new(50.0, 45.0), Mm2::new(-5.0, 30.0)];
     /// A step of 3 mm on the upper side.
-    const STEPPED: [PointMm; 8] = [
-        (0.0, 0.0),
-        (60.0, 0.0),
-        (60.0, 40.0),
-        (33.0, 40.0),
-        (33.0, 43.0),
-        (30.0, 43.0),
-        (30.0, 40.0),
-        (0.0, 40.0),
+    const STEPPED: [Mm2; 8] = [
+        Mm2::ZERO,
+        Mm2::new(60.0, 0.0),
+        Mm2::new(60.0, 40.0),
+        Mm2::new(33.0, 40.0),
+        Mm2::new(33.0, 43.0),
+        Mm2::new(30.0, 43.0),
+        Mm2::new(30.0, 40.0),
+        Mm2::new(0.0, 40.0),
     ];
 
     #[test]
     fn turn_and_setback_agree_with_known_angles() {
-        let quarter = turn_rad((0.0, 0.0), (10.0, 0.0), (10.0, -7.0));
+        let quarter = turn_rad(Mm2::ZERO, Mm2::new(10.0, 0.0), Mm2::new(10.0, -7.0));
         assert!(near(quarter, std::f64::consts::FRAC_PI_2, 1e-12));
         assert!(near(setback_mm(3.0, quarter), 3.0, 1e-12));
-        assert!(near(setback_mm(3.0, turn_rad((0.0, 0.0), (1.0, 0.0), (5.0, 0.0))), 0.0, 1e-12));
-        assert!(is_above((0.0, 0.0), (5.0, 1.0), (10.0, 0.0)));
-        assert!(!is_above((0.0, 0.0), (5.0, -1.0), (10.0, 0.0)));
-        assert!(!is_above((0.0, 0.0), (5.0, 0.0), (10.0, 0.0)));
+        assert!(near(
+            setback_mm(3.0, turn_rad(Mm2::ZERO, Mm2::new(1.0, 0.0), Mm2::new(5.0, 0.0))),
+            0.0,
+            1e-12
+        ));
+        assert!(is_above(Mm2::ZERO, Mm2::new(5.0, 1.0), Mm2::new(10.0, 0.0)));
+        assert!(!is_above(Mm2::ZERO, Mm2::new(5.0, -1.0), Mm2::new(10.0, 0.0)));
+        assert!(!is_above(Mm2::ZERO, Mm2::new(5.0, 0.0), Mm2::new(10.0, 0.0)));
     }
 
     /// Checks that each corner of the result has the distance R from the lines of the two segments there, on
     /// the correct side.
-    fn assert_mitred(profile: &[PointMm], radius_mm: f64, side: MachinedSide) {
+    fn assert_mitred(profile: &[Mm2], radius_mm: f64, side: MachinedSide) {
         let result = prohibited(profile, radius_mm, side).unwrap();
         assert_eq!(result.len(), profile.len());
-        let counter_clockwise = segments(profile).map(|(a, b)| cross(a, b)).sum::<f64>() > 0.0;
+        let counter_clockwise = segments(profile).map(|(a, b)| a.cross(b)).sum::<f64>() > 0.0;
         let away = if counter_clockwise == (side == MachinedSide::Inside) { radius_mm } else { -radius_mm };
         for (a, b) in segments(profile) {
-            let left_of = |p| cross(vector(a, b), vector(a, p)) / length(vector(a, b));
-            let on_shifted = |p: &PointMm| near(left_of(*p), away, 1e-9);
+            let left_of = |p: Mm2| (b - a).cross(p - a) / a.distance(b);
+            let on_shifted = |p: &Mm2| near(left_of(*p), away, 1e-9);
             assert_eq!(result.iter().filter(|p| on_shifted(p)).count(), 2, "{result:?}");
-            let along = |(p, q): &(PointMm, PointMm)| on_shifted(p) && on_shifted(q);
+            let along = |(p, q): &(Mm2, Mm2)| on_shifted(p) && on_shifted(q);
             assert_eq!(segments(&result).filter(along).count(), 1, "{result:?}");
         }
     }
 
     #[test]
     fn result_is_the_mitred_offset_for_both_route_directions() {
-        let reversed = |profile: &[PointMm]| profile.iter().rev().copied().collect::<Vec<_>>();
+        let reversed = |profile: &[Mm2]| profile.iter().rev().copied().collect::<Vec<_>>();
         assert_mitred(&TRIANGLE, 4.0, MachinedSide::Outside);
         assert_mitred(&reversed(&TRIANGLE), 4.0, MachinedSide::Outside);
         assert_mitred(&QUADRILATERAL, 4.0, MachinedSide::Inside);
         assert_mitred(&reversed(&QUADRILATERAL), 4.0, MachinedSide::Inside);
         // A concave corner, machined from outside, uses eq. (13).
-        let notched = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (20.0, 10.0), (0.0, 40.0)];
+        let notched = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (20.0, 10.0), (0.0, 40.0)].map(Mm2::from);
         assert_mitred(&notched, 2.0, MachinedSide::Outside);
     }
 
@@ -227,31 +237,30 @@ mod tool_radius {
         assert_eq!(filter_very_close(&STEPPED, 2.9), STEPPED);
         assert_eq!(filter_very_close(&SQUARE, 40.0), SQUARE);
         assert_eq!(filter_very_close(&SQUARE, 40.1).len(), 2);
-        let whisker = [(0.0, 0.0), (40.0, 0.0), (60.0, 0.0), (40.0, 0.0), (0.0, 40.0)];
+        let whisker = [(0.0, 0.0), (40.0, 0.0), (60.0, 0.0), (40.0, 0.0), (0.0, 40.0)].map(Mm2::from);
         assert_eq!(filter_very_close(&whisker, 4.0).len(), 3);
     }
 
     #[test]
     fn invalid_profiles_are_rejected() {
-        let rejected = |profile: &[PointMm], radius_mm| {
-            prohibited(profile, radius_mm, MachinedSide::Outside).unwrap_err()
-        };
+        let rejected =
+            |profile: &[Mm2], radius_mm| prohibited(profile, radius_mm, MachinedSide::Outside).unwrap_err();
         assert_eq!(rejected(&SQUARE, 0.0), RadiusError::Radius { radius_mm: 0.0 });
         assert_eq!(rejected(&SQUARE, 50.0), RadiusError::TooFew { left: 2, radius_mm: 50.0 });
         assert_eq!(rejected(&[], 1.0), RadiusError::TooFew { left: 0, radius_mm: 1.0 });
-        let repeated = [(0.0, 0.0), (4.0, 0.0), (4.0, 0.0), (0.0, 4.0)];
-        assert_eq!(rejected(&repeated, 1.0), RadiusError::Repeats { index: 2, at: (4.0, 0.0) });
-        let closed = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0), (0.0, 0.0)];
-        assert_eq!(rejected(&closed, 1.0), RadiusError::Repeats { index: 0, at: (0.0, 0.0) });
-        let error = rejected(&[(0.0, 0.0), (f64::INFINITY, 0.0), (0.0, 4.0)], 1.0);
+        let repeated = [(0.0, 0.0), (4.0, 0.0), (4.0, 0.0), (0.0, 4.0)].map(Mm2::from);
+        assert_eq!(rejected(&repeated, 1.0), RadiusError::Repeats { index: 2, at: Mm2::new(4.0, 0.0) });
+        let closed = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0), (0.0, 0.0)].map(Mm2::from);
+        assert_eq!(rejected(&closed, 1.0), RadiusError::Repeats { index: 0, at: Mm2::ZERO });
+        let error = rejected(&[Mm2::ZERO, Mm2::new(f64::INFINITY, 0.0), Mm2::new(0.0, 4.0)], 1.0);
         assert!(matches!(error, RadiusError::NotFinite { index: 1, .. }));
-        let line = [(0.0, 0.0), (4.0, 0.0), (9.0, 0.0)];
+        let line = [(0.0, 0.0), (4.0, 0.0), (9.0, 0.0)].map(Mm2::from);
         assert!(matches!(rejected(&line, 1.0), RadiusError::TooFew { .. }));
     }
 
     #[test]
     fn defect_an_acute_corner_prohibits_a_long_spike() {
-        let needle = [(0.0, 0.0), (100.0, -10.0), (100.0, 10.0)];
+        let needle = [(0.0, 0.0), (100.0, -10.0), (100.0, 10.0)].map(Mm2::from);
         let result = prohibited(&needle, 5.0, MachinedSide::Outside).unwrap();
         let reach = result.iter().map(|&p| true_distance_mm(&needle, p)).fold(0.0, f64::max);
         let half_angle = 0.1_f64.atan();
@@ -262,7 +271,7 @@ mod tool_radius {
     #[test]
     fn defect_the_filter_removes_corners_of_the_part_and_the_path_cuts_it() {
         let path = prohibited(&STEPPED, 4.0, MachinedSide::Outside).unwrap();
-        let step = [(33.0, 43.0), (30.0, 43.0)];
+        let step = [(33.0, 43.0), (30.0, 43.0)].map(Mm2::from);
         let kept = filter_very_close(&STEPPED, 4.0);
         assert!(step.iter().all(|corner| !kept.contains(corner)) && kept.len() == 6);
         // The tool cuts the whole step of 3 mm off: its centre passes 1 mm above the step.
