@@ -1,7 +1,8 @@
 //! Parts, motions and swept triangles, compared with big integers.
 
+use crate::oracle::xy;
 use arbitrary::{Arbitrary, Result, Unstructured};
-use keepout_kernel::curve::{nearest_unit, xy};
+use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::exact::convex::Convex;
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::ring::{Piece, RingError};

@@ -1,7 +1,7 @@
 //! The Delaunay mesh, compared with brute force.
 
+use crate::oracle::xy;
 use arbitrary::{Arbitrary, Result, Unstructured};
-use keepout_kernel::curve::xy;
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::region::Location;
 use keepout_kernel::exact::segment::Window;

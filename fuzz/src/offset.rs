@@ -1,9 +1,9 @@
 //! Offsets and their certificates, compared with points computed in `f64`.
 
+use crate::oracle::xy;
 use arbitrary::{Arbitrary, Result, Unstructured};
-use keepout_kernel::curve::xy;
 use keepout_kernel::offset::{OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path, propose};
-use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn, Vec2};
 
 use crate::oracle::{PATH_CLEARANCE, distance, places, winds};
 
@@ -106,7 +106,7 @@ fn around(curves: &[Curve]) -> Option<Vec<Curve>> {
     let r = places.iter().map(|place| place.0.hypot(place.1)).fold(0.0, f64::max);
     let corner = |place: &(f64, f64)| {
         let share = r / place.0.hypot(place.1).max(1.0);
-        keepout_kernel::curve::nearest_point(place.0 * share, place.1 * share).ok()
+        keepout_kernel::curve::nearest_point(Vec2::new(place.0 * share, place.1 * share)).ok()
     };
     let corners: Vec<Point> = places.iter().map(corner).collect::<Option<_>>()?;
     let next = corners.iter().cycle().skip(1);
@@ -204,7 +204,7 @@ fn outline(u: &mut Unstructured<'_>) -> Result<Vec<Curve>> {
         let radius = size * (0.05 + f64::from(u8::arbitrary(u)?) / 256.0);
         #[expect(clippy::cast_precision_loss, reason = "few corners")]
         let (sine, cosine) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
-        let corner = keepout_kernel::curve::nearest_point(radius * cosine, radius * sine);
+        let corner = keepout_kernel::curve::nearest_point(Vec2::new(radius * cosine, radius * sine));
         corners.push(corner.map_err(|_| arbitrary::Error::IncorrectFormat)?);
     }
     let mut curves = Vec::with_capacity(count);
@@ -222,9 +222,9 @@ pub fn bent(from: Point, to: Point, bulge: f64) -> Option<Curve> {
     if bulge.abs() < 0.01 {
         return None;
     }
-    let (a, b) = (xy(from), xy(to));
+    let (a, b) = (Vec2::from(from), Vec2::from(to));
     let off = (1.0 - bulge * bulge) / (4.0 * bulge);
-    let centre = (f64::midpoint(a.0, b.0) - (b.1 - a.1) * off, f64::midpoint(a.1, b.1) + (b.0 - a.0) * off);
+    let centre = a.midpoint(b) + (b - a).left() * off;
     let turn = if bulge > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
     keepout_kernel::curve::fit_arc(from, to, centre, turn).ok().map(Curve::Arc)
 }

@@ -5,17 +5,22 @@
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
-use keepout_kernel::curve::xy;
 use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
-use keepout_kernel::{Arc, Curve, Point, Segment, Turn};
+use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vec2};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, Pass, PlanParameters};
 use keepout_planner::profile::{MachinedSide, ProfileLoop, SourceCurve};
 use keepout_proofs::soak::segments_within;
 use keepout_proofs::square::plain;
 
+/// A point or a vector, lattice units.
 pub type Xy = (f64, f64);
+
+/// The coordinates of a point.
+pub fn xy(point: Point) -> Xy {
+    (f64::from(point.x.units()), f64::from(point.y.units()))
+}
 
 /// Number of sampled points on each curve.
 const PLACES: u32 = 7;
@@ -164,7 +169,7 @@ fn reaches_all(plan: &CertifiedPlan, pass: &Pass) {
             for side in [d, -d] {
                 let beside = (place.0 + normal.0 * side, place.1 + normal.1 * side);
                 let others = walls(plan).filter(|other| *other != curve);
-                if keepout_kernel::curve::nearest_point(beside.0, beside.1).is_err()
+                if keepout_kernel::curve::nearest_point(Vec2::new(beside.0, beside.1)).is_err()
                     || distance(beside, others) < d + apart
                     || distance(beside, [curve].into_iter()) < d - ROUNDING
                     || is_in_part(plan, beside)

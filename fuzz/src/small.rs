@@ -11,10 +11,10 @@ use keepout_executor::dialect::{Described, Description, Dialect};
 use keepout_executor::operator::{Operator, OperatorView, Panel};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
-use keepout_planner::Mm2;
 use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::margin::Budget;
+use keepout_planner::{Box2, Mm2};
 use keepout_sim::operator::{Recorder, Script, TraceOperator};
 use serde::Serialize;
 use toml::Value;
@@ -191,7 +191,7 @@ fn is_recorded(operator: impl Operator, looks: &[u8]) {
     let seen = OperatorView {
         position_mm: None,
         wall_mm: None,
-        part_box_mm: (0.0, 0.0, 100.0, 60.0),
+        part_box: Box2 { low: Mm2::ZERO, high: Mm2::new(100.0, 60.0) },
         end_mm: None,
         unacknowledged: 0,
         phase: Phase::Manual,

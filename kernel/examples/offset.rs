@@ -4,7 +4,9 @@
 use std::error::Error;
 
 use keepout_kernel::offset::{Outline, certify_complete, certify_path, propose};
-use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, UNITS_PER_MM};
+use keepout_kernel::{
+    Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, UNITS_PER_MM, Vec2,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let unit = f64::from(UNITS_PER_MM);
@@ -20,7 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     let vertices: Vec<Point> = corners
         .into_iter()
-        .map(|(x, y)| keepout_kernel::curve::nearest_point(x * unit, y * unit))
+        .map(|(x, y)| keepout_kernel::curve::nearest_point(Vec2::new(x * unit, y * unit)))
         .collect::<Result<_, _>>()?;
     let next = vertices.iter().cycle().skip(1);
     let curves = vertices.iter().zip(next).map(|(&from, &to)| Curve::Line(Segment { from, to })).collect();

@@ -6,11 +6,11 @@
 use std::error::Error;
 
 use keepout_kernel::clip::{SLIDE_TURNS, contact_band};
-use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side, UNITS_PER_MM};
+use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side, UNITS_PER_MM, Vec2};
 
 fn mm(x: f64, y: f64) -> Result<Point, Box<dyn Error>> {
     let unit = f64::from(UNITS_PER_MM);
-    Ok(keepout_kernel::curve::nearest_point(x * unit, y * unit)?)
+    Ok(keepout_kernel::curve::nearest_point(Vec2::new(x * unit, y * unit))?)
 }
 
 fn show(what: &str, point: Point) {

@@ -4,8 +4,8 @@ use core::f64::consts::TAU;
 
 use libm::{atan2, cos, fmod, sin, sqrt};
 
-use crate::curve::{hypot, xy};
 use crate::exact::arc::{Arc, Turn};
+use crate::vec2::Vec2;
 
 /// Bound on the rounding error of an angle, radians.
 const ANGLE_ROUNDING: f64 = 1e-9;
@@ -17,7 +17,7 @@ const ANGLE_ROUNDING: f64 = 1e-9;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcView {
     /// The centre.
-    pub centre: (f64, f64),
+    pub centre: Vec2,
     /// The radius.
     pub radius: f64,
     /// The polar angle of the start about the centre.
@@ -30,13 +30,13 @@ impl ArcView {
     /// The view of an exact arc, in lattice units. The radius is measured at its start.
     #[must_use]
     pub fn of(arc: &Arc) -> Self {
-        Self::between(xy(arc.from()), xy(arc.to()), xy(arc.centre()), arc.turn())
+        Self::between(Vec2::from(arc.from()), Vec2::from(arc.to()), Vec2::from(arc.centre()), arc.turn())
     }
 
     /// The arc about `centre` from one point to the direction of another. Equal directions make a full
     /// circle.
     #[must_use]
-    pub fn between(from: (f64, f64), to: (f64, f64), centre: (f64, f64), turn: Turn) -> Self {
+    pub fn between(from: Vec2, to: Vec2, centre: Vec2, turn: Turn) -> Self {
         let arc = Self::starting_at(from, centre, 0.0);
         let (start, end) = (arc.start, polar_angle(centre, to));
         let sweep = match turn {
@@ -48,22 +48,21 @@ impl ArcView {
 
     /// The arc about `centre` that starts at `from` and turns by `sweep`.
     #[must_use]
-    pub fn starting_at(from: (f64, f64), centre: (f64, f64), sweep: f64) -> Self {
-        let radius = hypot(from.0 - centre.0, from.1 - centre.1);
+    pub fn starting_at(from: Vec2, centre: Vec2, sweep: f64) -> Self {
+        let radius = from.distance(centre);
         Self { centre, radius, start: polar_angle(centre, from), sweep }
     }
 
     /// The arc from one point through a second to a third. `None` if they lie on a straight line.
     #[must_use]
-    pub fn through(from: (f64, f64), by: (f64, f64), to: (f64, f64)) -> Option<Self> {
-        let (u, v) = ((by.0 - from.0, by.1 - from.1), (to.0 - from.0, to.1 - from.1));
-        let twice_area = u.0 * v.1 - u.1 * v.0;
-        let (uu, vv) = (u.0 * u.0 + u.1 * u.1, v.0 * v.0 + v.1 * v.1);
+    pub fn through(from: Vec2, by: Vec2, to: Vec2) -> Option<Self> {
+        let (u, v) = (by - from, to - from);
+        let (twice_area, uu, vv) = (u.cross(v), u.dot(u), v.dot(v));
         if twice_area.abs() < 1e-12 * vv {
             return None;
         }
         let scale = 2.0 * twice_area;
-        let centre = (from.0 + (v.1 * uu - u.1 * vv) / scale, from.1 + (u.0 * vv - v.0 * uu) / scale);
+        let centre = from + (u.left() * vv - v.left() * uu) / scale;
         // The arc turns counter-clockwise if the second point lies to the right of the chord.
         let turn = if twice_area > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
         Some(Self::between(from, to, centre, turn))
@@ -72,22 +71,20 @@ impl ArcView {
     /// The same arc with all its lengths multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        let centre = (self.centre.0 * factor, self.centre.1 * factor);
-        Self { centre, radius: self.radius * factor, ..*self }
+        Self { centre: self.centre * factor, radius: self.radius * factor, ..*self }
     }
 
     /// The same arc, mirrored at the x axis.
     #[must_use]
     pub fn mirrored(&self) -> Self {
-        let centre = (self.centre.0, -self.centre.1);
+        let centre = Vec2 { y: -self.centre.y, ..self.centre };
         Self { centre, radius: self.radius, start: -self.start, sweep: -self.sweep }
     }
 
     /// The same arc in a unit that is `factor` times as large.
     #[must_use]
     pub fn in_unit(&self, factor: f64) -> Self {
-        let centre = (self.centre.0 / factor, self.centre.1 / factor);
-        Self { centre, radius: self.radius / factor, ..*self }
+        Self { centre: self.centre / factor, radius: self.radius / factor, ..*self }
     }
 
     /// The direction of travel.
@@ -128,41 +125,39 @@ impl ArcView {
 
     /// The point at a share of the arc, 0 to 1.
     #[must_use]
-    pub fn at(&self, share: f64) -> (f64, f64) {
+    pub fn at(&self, share: f64) -> Vec2 {
         self.at_angle(self.angle(share))
     }
 
     /// The unit vector of travel at a share of the arc, 0 to 1.
     #[must_use]
-    pub fn direction(&self, share: f64) -> (f64, f64) {
+    pub fn direction(&self, share: f64) -> Vec2 {
         self.direction_at_angle(self.angle(share))
     }
 
     /// The point of the circle at a polar angle.
     #[must_use]
-    pub fn at_angle(&self, angle: f64) -> (f64, f64) {
-        (self.centre.0 + self.radius * cos(angle), self.centre.1 + self.radius * sin(angle))
+    pub fn at_angle(&self, angle: f64) -> Vec2 {
+        Vec2::new(self.centre.x + self.radius * cos(angle), self.centre.y + self.radius * sin(angle))
     }
 
     /// The unit vector of travel at a polar angle.
     #[must_use]
-    pub fn direction_at_angle(&self, angle: f64) -> (f64, f64) {
+    pub fn direction_at_angle(&self, angle: f64) -> Vec2 {
         let sign = self.sign();
-        (-sin(angle) * sign, cos(angle) * sign)
+        Vec2::new(-sin(angle) * sign, cos(angle) * sign)
     }
 
     /// The direction of travel beside a point, as long as the point's distance from the centre. It needs no
     /// trigonometry.
     #[must_use]
-    pub fn direction_beside(&self, point: (f64, f64)) -> (f64, f64) {
-        let (x, y) = (point.0 - self.centre.0, point.1 - self.centre.1);
-        let sign = self.sign();
-        (-y * sign, x * sign)
+    pub fn direction_beside(&self, point: Vec2) -> Vec2 {
+        (point - self.centre).left() * self.sign()
     }
 
     /// The angle from the start forward to the direction of a point, in [0, 2π).
     #[must_use]
-    pub fn angle_to(&self, point: (f64, f64)) -> f64 {
+    pub fn angle_to(&self, point: Vec2) -> f64 {
         let angle = polar_angle(self.centre, point);
         let turned = if self.sweep > 0.0 { angle - self.start } else { self.start - angle };
         let turned = fmod(turned, TAU);
@@ -171,7 +166,7 @@ impl ArcView {
 
     /// The share of the arc at the direction of a point. `None` if the arc does not pass that direction.
     #[must_use]
-    pub fn share_beside(&self, point: (f64, f64)) -> Option<f64> {
+    pub fn share_beside(&self, point: Vec2) -> Option<f64> {
         let turned = self.angle_to(point);
         (turned <= self.sweep.abs()).then(|| turned / self.sweep.abs())
     }
@@ -217,16 +212,15 @@ impl ArcView {
 ///
 /// Ends and centres on the lattice fit each other only to a unit. About this point they fit exactly.
 #[must_use]
-pub fn onto_bisector(centre: (f64, f64), from: (f64, f64), to: (f64, f64)) -> (f64, f64) {
-    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-    let middle = (f64::midpoint(from.0, to.0), f64::midpoint(from.1, to.1));
-    let off = ((centre.0 - middle.0) * dx + (centre.1 - middle.1) * dy) / (dx * dx + dy * dy);
-    (centre.0 - dx * off, centre.1 - dy * off)
+pub fn onto_bisector(centre: Vec2, from: Vec2, to: Vec2) -> Vec2 {
+    let chord = to - from;
+    let off = (centre - from.midpoint(to)).dot(chord) / chord.dot(chord);
+    centre - chord * off
 }
 
 /// The polar angle of a point about the centre, in [−π, π].
-fn polar_angle(centre: (f64, f64), point: (f64, f64)) -> f64 {
-    atan2(point.1 - centre.1, point.0 - centre.0)
+fn polar_angle(centre: Vec2, point: Vec2) -> f64 {
+    atan2(point.y - centre.y, point.x - centre.x)
 }
 
 /// The angle in (0, 2π] that differs from this difference of two polar angles by full turns.
@@ -241,8 +235,8 @@ mod tests {
     use super::*;
     use crate::exact::lattice::Point;
 
-    fn near(a: (f64, f64), b: (f64, f64)) -> bool {
-        hypot(a.0 - b.0, a.1 - b.1) < 1e-9
+    fn near(a: Vec2, b: Vec2) -> bool {
+        a.distance(b) < 1e-9
     }
 
     #[test]
@@ -252,10 +246,10 @@ mod tests {
             let exact = Arc::new(at(1007, 9), at(7, 1009), at(7, 9), turn).unwrap();
             let arc = ArcView::of(&exact);
             assert!((arc.sweep - sweep).abs() < 1e-12 && arc.turn() == turn && !arc.is_full());
-            assert!(near(arc.at(0.0), (1007.0, 9.0)) && near(arc.at(1.0), (7.0, 1009.0)));
-            assert!(near(arc.direction(0.0), (0.0, arc.sign())));
+            assert!(near(arc.at(0.0), Vec2::new(1007.0, 9.0)) && near(arc.at(1.0), Vec2::new(7.0, 1009.0)));
+            assert!(near(arc.direction(0.0), Vec2::new(0.0, arc.sign())));
             let beside = arc.direction_beside(arc.at(0.3));
-            assert!(near((beside.0 / 1000.0, beside.1 / 1000.0), arc.direction(0.3)));
+            assert!(near(Vec2::new(beside.x / 1000.0, beside.y / 1000.0), arc.direction(0.3)));
             let back = arc.reversed();
             assert!(near(back.at(0.3), arc.at(0.7)) && back.turn() == turn.reversed());
             assert!(near(arc.part(0.2, 0.6).at(0.5), arc.at(0.4)));
@@ -265,7 +259,7 @@ mod tests {
     #[test]
     fn shares_are_found_again_on_the_arc_only() {
         for sweep in [-6.0, -1.0, 0.5, 4.0] {
-            let arc = ArcView { centre: (3.0, -2.0), radius: 5.0, start: 2.5, sweep };
+            let arc = ArcView { centre: Vec2::new(3.0, -2.0), radius: 5.0, start: 2.5, sweep };
             for share in [0.1, 0.5, 0.9] {
                 assert!((arc.share_beside(arc.at(share)).unwrap() - share).abs() < 1e-9);
             }
@@ -276,11 +270,15 @@ mod tests {
     /// The expected arcs are known: (0, 5), (5, 0), (−5, 0) and the like lie on a circle about the origin.
     #[test]
     fn arcs_are_found_from_points() {
-        let arc = ArcView::through((0.0, 5.0), (5.0, 0.0), (-5.0, 0.0)).unwrap();
-        assert!(near(arc.centre, (0.0, 0.0)) && (arc.sweep + 3.0 * FRAC_PI_2).abs() < 1e-12);
-        assert_eq!(ArcView::through((0.0, 0.0), (1.0, 1.0), (3.0, 3.0)), None);
-        assert_eq!(onto_bisector((1.0, 7.0), (0.0, 0.0), (4.0, 0.0)), (2.0, 7.0));
-        let full = ArcView::between((5.0, 0.0), (5.0, 0.0), (0.0, 0.0), Turn::Clockwise);
+        let arc = ArcView::through(Vec2::new(0.0, 5.0), Vec2::new(5.0, 0.0), Vec2::new(-5.0, 0.0)).unwrap();
+        assert!(near(arc.centre, Vec2::new(0.0, 0.0)) && (arc.sweep + 3.0 * FRAC_PI_2).abs() < 1e-12);
+        assert_eq!(ArcView::through(Vec2::new(0.0, 0.0), Vec2::new(1.0, 1.0), Vec2::new(3.0, 3.0)), None);
+        assert_eq!(
+            onto_bisector(Vec2::new(1.0, 7.0), Vec2::new(0.0, 0.0), Vec2::new(4.0, 0.0)),
+            Vec2::new(2.0, 7.0)
+        );
+        let full =
+            ArcView::between(Vec2::new(5.0, 0.0), Vec2::new(5.0, 0.0), Vec2::new(0.0, 0.0), Turn::Clockwise);
         assert!(full.is_full() && (full.length() - 5.0 * TAU).abs() < 1e-12);
     }
 }

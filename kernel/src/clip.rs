@@ -5,11 +5,11 @@
 use core::ops::ControlFlow;
 
 use crate::clear::{FreePoint, ProhibitedRegion};
-use crate::curve::xy;
 use crate::exact::lattice::{Length, Point, Vector};
 use crate::exact::segment::{Segment, Window};
 use crate::index::Edge;
 use crate::index::cells::{Known, Square};
+use crate::vec2::Vec2;
 
 /// Distances before the first contact at which the end of a clipped motion is tried, in lattice units.
 const SET_BACK: [f64; 7] = [1.0, 2.0, 3.0, 5.0, 10.0, 40.0, 200.0];
@@ -55,15 +55,15 @@ impl ProhibitedRegion {
         }
         let motion = Segment { from: from.point(), to };
         let contact = self.first_contact(motion, from.threshold()).unwrap_or(1.0);
-        let span = xy_of(to.minus(motion.from));
-        let length = crate::curve::hypot(span.0, span.1);
-        let start = xy(motion.from);
+        let span = Vec2::from(to.minus(motion.from));
+        let length = span.length();
+        let start = Vec2::from(motion.from);
         for back in SET_BACK {
             let t = contact - back / length;
             if t <= 0.0 {
                 return from;
             }
-            let end = crate::curve::nearest_point(start.0 + span.0 * t, start.1 + span.1 * t);
+            let end = crate::curve::nearest_point(start + span * t);
             if let Some(free) = end.ok().and_then(|end| self.motion(from, end).ok()) {
                 return free;
             }
@@ -154,15 +154,15 @@ impl ProhibitedRegion {
 
 /// A motion in `f64`, for the search.
 struct Line {
-    start: (f64, f64),
-    span: (f64, f64),
+    start: Vec2,
+    span: Vec2,
     length_2: f64,
 }
 
 impl Line {
     fn of(motion: Segment) -> Self {
-        let span = xy_of(motion.to.minus(motion.from));
-        Self { start: xy(motion.from), span, length_2: span.0 * span.0 + span.1 * span.1 }
+        let span = Vec2::from(motion.to.minus(motion.from));
+        Self { start: Vec2::from(motion.from), span, length_2: span.dot(span) }
     }
 
     /// The share of the motion at which it first comes near the edge. `motion` is a beginning of this line.
@@ -177,9 +177,9 @@ impl Line {
 
     /// The smallest share of the motion, in [0, 1], that is within `r` of the chord.
     fn contact(&self, chord: Segment, r: f64) -> Option<f64> {
-        let (a, b) = (xy(chord.from), xy(chord.to));
-        let (ux, uy) = (b.0 - a.0, b.1 - a.1);
-        let (wx, wy) = (self.start.0 - a.0, self.start.1 - a.1);
+        let (a, b) = (Vec2::from(chord.from), Vec2::from(chord.to));
+        let (ux, uy) = (b.x - a.x, b.y - a.y);
+        let (wx, wy) = (self.start.x - a.x, self.start.y - a.y);
         let length_2 = ux * ux + uy * uy;
         let mut first = f64::INFINITY;
         let mut consider = |t: f64| {
@@ -190,11 +190,11 @@ impl Line {
         if length_2 > 0.0 {
             // Beside the chord: the distance from its line is r on the side of the start.
             let off = ux * wy - uy * wx;
-            let rate = ux * self.span.1 - uy * self.span.0;
+            let rate = ux * self.span.y - uy * self.span.x;
             let reach = r * libm::sqrt(length_2);
             if off * rate < 0.0 && off.abs() >= reach {
                 let t = (off.abs() - reach) / rate.abs();
-                let foot = (wx + self.span.0 * t) * ux + (wy + self.span.1 * t) * uy;
+                let foot = (wx + self.span.x * t) * ux + (wy + self.span.y * t) * uy;
                 if (0.0..=length_2).contains(&foot) {
                     return (t <= 1.0).then_some(t);
                 }
@@ -208,10 +208,10 @@ impl Line {
 
     /// The share at which the motion enters the disc. It is 0 when the motion starts inside, and infinite
     /// when it never enters.
-    fn enters_disc(&self, centre: (f64, f64), r: f64) -> f64 {
-        let (wx, wy) = (self.start.0 - centre.0, self.start.1 - centre.1);
-        let toward = -(wx * self.span.0 + wy * self.span.1);
-        let outside_2 = wx * wx + wy * wy - r * r;
+    fn enters_disc(&self, centre: Vec2, r: f64) -> f64 {
+        let w = self.start - centre;
+        let toward = -w.dot(self.span);
+        let outside_2 = w.dot(w) - r * r;
         if outside_2 <= 0.0 {
             return 0.0;
         }
@@ -226,19 +226,15 @@ impl Line {
             let far = if span > 0.0 { f64::from(low) + side } else { f64::from(low) };
             if span == 0.0 { f64::INFINITY } else { (far - start) / span }
         };
-        along(self.start.0, self.span.0, square.low.0).min(along(self.start.1, self.span.1, square.low.1))
+        along(self.start.x, self.span.x, square.low.0).min(along(self.start.y, self.span.y, square.low.1))
     }
 
     /// A lattice point of the motion two units beyond `t`.
     fn point_beyond(&self, t: f64) -> Option<Point> {
         let t = t + 2.0 / libm::sqrt(self.length_2);
-        let at = (self.start.0 + self.span.0 * t, self.start.1 + self.span.1 * t);
-        (t < 1.0).then(|| crate::curve::nearest_point(at.0, at.1).ok()).flatten()
+        let at = self.start + self.span * t;
+        (t < 1.0).then(|| crate::curve::nearest_point(at).ok()).flatten()
     }
-}
-
-fn xy_of(v: Vector) -> (f64, f64) {
-    (f64::from(v.dx), f64::from(v.dy))
 }
 
 /// A wall near the tool: the direction away from it.
@@ -256,10 +252,9 @@ impl Wall {
 
     /// The direction away from the wall, of length 1.
     #[must_use]
-    pub fn normal(&self) -> (f64, f64) {
-        let (x, y) = (approximate(self.away.0), approximate(self.away.1));
-        let length = crate::curve::hypot(x, y).max(1.0);
-        (x / length, y / length)
+    pub fn normal(&self) -> Vec2 {
+        let away = Vec2::new(approximate(self.away.0), approximate(self.away.1));
+        away / away.length().max(1.0)
     }
 
     /// The jog input `input` without its component across the wall, turned away from the wall. The angle is
@@ -367,6 +362,6 @@ mod tests {
         let turned = wall.slide(input, 3).unwrap();
         assert!(turned.dx < -200 && turned.dy > 900, "away from the wall: {turned:?}");
         assert_eq!(wall.slide(Vector { dx: 1000, dy: 0 }, 12), None, "straight at the wall");
-        assert_eq!(wall.normal(), (-1.0, 0.0));
+        assert_eq!(wall.normal(), Vec2::new(-1.0, 0.0));
     }
 }

@@ -13,6 +13,7 @@ use crate::exact::lattice::{COORD_MAX, LatticeError, Length, Point};
 use crate::exact::ring::Piece;
 use crate::exact::segment::Segment;
 use crate::offset::shortest_arc;
+use crate::vec2::Vec2;
 
 impl Curve {
     /// The length in lattice units.
@@ -21,7 +22,7 @@ impl Curve {
         match self {
             Self::Line(segment) => {
                 let d = segment.to.minus(segment.from);
-                hypot(f64::from(d.dx), f64::from(d.dy))
+                Vec2::from(d).length()
             }
             Self::Arc(arc) => ArcView::of(arc).length(),
         }
@@ -31,7 +32,7 @@ impl Curve {
     ///
     /// # Errors
     /// As [`fit_arc`].
-    pub fn fitted(from: Point, to: Point, centre: (f64, f64), turn: Turn) -> Result<Self, ArcError> {
+    pub fn fitted(from: Point, to: Point, centre: Vec2, turn: Turn) -> Result<Self, ArcError> {
         let (arc, line) = (fit_arc(from, to, centre, turn)?, Self::Line(Segment { from, to }));
         let short = line.length() <= f64::from(shortest_arc(arc.radius()).units());
         Ok(if short { line } else { Self::Arc(arc) })
@@ -44,7 +45,7 @@ impl Curve {
         match self {
             Self::Line(segment) => Some(Self::Line(Segment { from: segment.to, to: segment.from })),
             Self::Arc(arc) => {
-                let again = || fit_arc(arc.to(), arc.from(), xy(arc.centre()), arc.turn().reversed());
+                let again = || fit_arc(arc.to(), arc.from(), Vec2::from(arc.centre()), arc.turn().reversed());
                 arc.reversed().or_else(|_| again()).ok().map(Self::Arc)
             }
         }
@@ -78,18 +79,12 @@ impl Curve {
     }
 }
 
-/// The coordinates of a point as `f64`, in lattice units. The conversion is exact.
-#[must_use]
-pub fn xy(point: Point) -> (f64, f64) {
-    (f64::from(point.x.units()), f64::from(point.y.units()))
-}
-
-/// The lattice point nearest to `(x, y)`, which is in lattice units.
+/// The lattice point nearest to `point`.
 ///
 /// # Errors
 /// [`LatticeError`] when a coordinate is not finite or lies beyond ±2^29.
-pub fn nearest_point(x: f64, y: f64) -> Result<Point, LatticeError> {
-    Point::from_units(nearest_unit(x), nearest_unit(y))
+pub fn nearest_point(point: Vec2) -> Result<Point, LatticeError> {
+    Point::from_units(nearest_unit(point.x), nearest_unit(point.y))
 }
 
 /// The integer nearest to `value`. Returns an integer off the lattice when `value` is not finite or too
@@ -126,12 +121,12 @@ pub fn hypot(x: f64, y: f64) -> f64 {
     sqrt(x * x + y * y)
 }
 
-/// The best-fitting arc from `from` to `to`, about a lattice centre near `(x, y)` in lattice units.
+/// The best-fitting arc from `from` to `to`, about a lattice centre near `centre`.
 ///
 /// # Errors
 /// [`ArcError`] when no centre within two units puts both ends on one circle.
-pub fn fit_arc(from: Point, to: Point, (x, y): (f64, f64), turn: Turn) -> Result<Arc, ArcError> {
-    let (x0, y0) = (nearest_unit(x), nearest_unit(y));
+pub fn fit_arc(from: Point, to: Point, centre: Vec2, turn: Turn) -> Result<Arc, ArcError> {
+    let (x0, y0) = (nearest_unit(centre.x), nearest_unit(centre.y));
     let mut best: Option<(f64, Arc)> = None;
     let mut refused = ArcError::OffCircle { at: to };
     if let Ok(arc) =
@@ -141,12 +136,11 @@ pub fn fit_arc(from: Point, to: Point, (x, y): (f64, f64), turn: Turn) -> Result
         return Ok(arc);
     }
     for (dx, dy) in (-2..=2).flat_map(|dx| (-2..=2).map(move |dy| (dx, dy))) {
-        let Ok(centre) = Point::from_units(x0.saturating_add(dx), y0.saturating_add(dy)) else { continue };
-        match Arc::new(from, to, centre, turn) {
+        let Ok(near) = Point::from_units(x0.saturating_add(dx), y0.saturating_add(dy)) else { continue };
+        match Arc::new(from, to, near, turn) {
             Ok(arc) => {
-                let mismatch = (distance(from, centre) - distance(to, centre)).abs();
-                let moved = hypot(f64::from(centre.x.units()) - x, f64::from(centre.y.units()) - y);
-                let cost = mismatch + 0.25 * moved;
+                let mismatch = (distance(from, near) - distance(to, near)).abs();
+                let cost = mismatch + 0.25 * centre.distance(near.into());
                 if best.is_none_or(|(least, _)| cost < least) {
                     best = Some((cost, arc));
                 }
@@ -170,8 +164,7 @@ pub fn radius(arc: &Arc) -> f64 {
 }
 
 fn distance(p: Point, q: Point) -> f64 {
-    let d = p.minus(q);
-    hypot(f64::from(d.dx), f64::from(d.dy))
+    Vec2::from(p).distance(q.into())
 }
 
 /// The amount that [`ArcChords::check`] adds to the sagitta: the ring's width, and one unit of rounding up.
@@ -189,10 +182,7 @@ fn propose_chords(arc: &Arc, chord_error: Length) -> Vec<Point> {
     let mut k = 1.0;
     while k < count {
         let radius = rho + (end_rho - rho) * (k / count);
-        let (x, y) = ArcView { radius, ..view }.at_angle(view.start + step * k);
-        if let Ok(point) = nearest_point(x, y) {
-            points.push(point);
-        }
+        points.extend(nearest_point(ArcView { radius, ..view }.at_angle(view.start + step * k)));
         k += 1.0;
     }
     points.push(arc.to());
@@ -230,7 +220,7 @@ mod tests {
     #[test]
     fn off_lattice_values_are_refused() {
         for bad in [f64::NAN, f64::INFINITY, -1e300, 6e8] {
-            assert!(nearest_point(bad, 0.0).is_err(), "{bad}");
+            assert!(nearest_point(Vec2::new(bad, 0.0)).is_err(), "{bad}");
         }
     }
 }

@@ -30,6 +30,7 @@ pub mod exact;
 pub mod index;
 pub mod offset;
 mod simplify;
+mod vec2;
 
 pub use arc_view::ArcView;
 pub use clear::{Blocked, FreePoint, ProhibitedRegion, Side};
@@ -41,3 +42,4 @@ pub use exact::region::Region;
 pub use exact::ring::Ring;
 pub use exact::segment::{Proximity, Segment, Triangle};
 pub use index::{Cells, CheckedIndex, Edge, Nearest};
+pub use vec2::Vec2;

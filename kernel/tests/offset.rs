@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use keepout_kernel::offset::{
     Offset, OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path, propose,
 };
-use keepout_kernel::{Arc, Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
+use keepout_kernel::{Arc, Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn, Vec2};
 
 const MM: i64 = 100_000;
 
@@ -175,7 +175,7 @@ fn certificates_hold_both_ways_and_a_missing_loop_is_found() {
         let radius: Vec<f64> = (0..corners).map(|_| 1e5 * (8.0 + 40.0 * random.f64())).collect();
         let vertex = |k: usize| {
             let (sine, cosine) = share(k).sin_cos();
-            keepout_kernel::curve::nearest_point(radius[k] * cosine, radius[k] * sine).unwrap()
+            keepout_kernel::curve::nearest_point(Vec2::new(radius[k] * cosine, radius[k] * sine)).unwrap()
         };
         let points: Vec<Point> = (0..corners).map(vertex).collect();
         for free_on_left in [false, true] {
@@ -249,7 +249,7 @@ fn slots_pockets_and_rounds_are_complete() {
 fn missing_loops_are_found_along_short_edges_and_long_arcs() {
     let corner = |k: u32| {
         let phi = f64::from(k) * std::f64::consts::TAU / 628.0;
-        keepout_kernel::curve::nearest_point(1e5 * phi.cos(), 1e5 * phi.sin()).unwrap()
+        keepout_kernel::curve::nearest_point(Vec2::new(1e5 * phi.cos(), 1e5 * phi.sin())).unwrap()
     };
     let points: Vec<Point> = (0..628).map(corner).collect();
     let outlines = [Outline { curves: polygon(&points), free_on_left: false }];

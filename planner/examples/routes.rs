@@ -8,7 +8,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{FreePoint, Length, Point};
 use keepout_planner::Mm2;
 use keepout_planner::drawing::read_file;
@@ -129,15 +128,14 @@ fn length_mm(from: Point, path: &[Point]) -> f64 {
     let mut length = 0.0;
     for &point in path {
         let next = point_mm(point);
-        length += (next.x - here.x).hypot(next.y - here.y);
+        length += here.distance(next);
         here = next;
     }
     length
 }
 
 fn count_of(plan: &CertifiedPlan) -> Count {
-    let (low, high) = plan.part_box();
-    let within = Window::of(low).including(high).grown(Length::whole_mm(ROOM_MM));
+    let within = plan.part.region().bounds().grown(Length::whole_mm(ROOM_MM));
     let places = places(plan);
     let mut count = Count::default();
     let begin = Instant::now();

@@ -3,11 +3,8 @@
 //! The fit uses the frame of the chord between the end points: x along the chord from its midpoint, y to its
 //! left. Lengths are in lattice units.
 
-use keepout_kernel::curve::{hypot, radius, xy};
-use keepout_kernel::{Curve, Point, Segment, Turn};
-
-/// A point or a vector in lattice units.
-pub(crate) type Xy = (f64, f64);
+use keepout_kernel::curve::{hypot, radius};
+use keepout_kernel::{Curve, Point, Segment, Turn, Vec2};
 
 /// Largest height of an arc as a share of half its chord: tan 22.5° (an arc of a quarter turn), and rounding.
 const HEIGHT_MAX: f64 = 0.414_25;
@@ -42,19 +39,17 @@ impl Band {
 /// The chord between two points.
 pub(crate) struct Chord {
     ends: (Point, Point),
-    middle: Xy,
-    along: Xy,
+    middle: Vec2,
+    along: Vec2,
     half: f64,
 }
 
 impl Chord {
     /// The chord from one point to the other; `None` if the points are equal.
     pub fn between(from: Point, to: Point) -> Option<Self> {
-        let (p, q) = (xy(from), xy(to));
-        let (dx, dy) = minus(q, p);
-        let length = hypot(dx, dy);
-        let middle = (f64::midpoint(p.0, q.0), f64::midpoint(p.1, q.1));
-        let along = (dx / length, dy / length);
+        let (p, q) = (Vec2::from(from), Vec2::from(to));
+        let length = p.distance(q);
+        let (middle, along) = (p.midpoint(q), (q - p) / length);
         (from != to).then_some(Self { ends: (from, to), middle, along, half: length / 2.0 })
     }
 
@@ -62,7 +57,7 @@ impl Chord {
     /// its band. Its height is near the middle of the permitted range.
     ///
     /// `None` if no such curve exists, or if the samples do not run forward along the chord.
-    pub fn curve_beside(&self, places: &[Xy], band: Band) -> Option<Curve> {
+    pub fn curve_beside(&self, places: &[Vec2], band: Band) -> Option<Curve> {
         let height = self.height(places, band)?;
         let line = || Curve::Line(Segment { from: self.ends.0, to: self.ends.1 });
         let curve = self.arc(height).unwrap_or_else(line);
@@ -73,18 +68,18 @@ impl Chord {
     ///
     /// To first order, an arc of a height larger by h is higher by h·(1 − x²/half²) at x. So each sample
     /// bounds the height from both sides. A few rounds suffice for arcs of up to a quarter turn.
-    fn height(&self, places: &[Xy], band: Band) -> Option<f64> {
-        let seen: Vec<Xy> = places.iter().map(|&p| self.seen(p)).collect();
-        if seen.windows(2).any(|pair| pair[1].0 < pair[0].0 - FLAT) {
+    fn height(&self, places: &[Vec2], band: Band) -> Option<f64> {
+        let seen: Vec<Vec2> = places.iter().map(|&p| self.seen(p)).collect();
+        if seen.windows(2).any(|pair| pair[1].x < pair[0].x - FLAT) {
             return None;
         }
         let share = |x: f64| 1.0 - (x / self.half) * (x / self.half);
-        let middle = seen.iter().copied().min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
-        let mut height = middle.1 / share(middle.0).max(0.1);
+        let middle = seen.iter().copied().min_by(|a, b| a.x.abs().total_cmp(&b.x.abs()))?;
+        let mut height = middle.y / share(middle.x).max(0.1);
         for _ in 0..ROUNDS {
             let (mut least, mut greatest) = (f64::NEG_INFINITY, f64::INFINITY);
             for &place in &seen {
-                let (above, share) = (self.above(place, height), share(place.0));
+                let (above, share) = (self.above(place, height), share(place.x));
                 if share > AT_END {
                     least = least.max((above - band.left) / share);
                     greatest = greatest.min((above + band.right) / share);
@@ -105,13 +100,13 @@ impl Chord {
         (height.abs() <= HEIGHT_MAX * self.half).then_some(height)
     }
 
-    fn seen(&self, p: Xy) -> Xy {
-        let d = minus(p, self.middle);
-        (dot(d, self.along), cross(self.along, d))
+    fn seen(&self, p: Vec2) -> Vec2 {
+        let d = p - self.middle;
+        Vec2::new(d.dot(self.along), self.along.cross(d))
     }
 
     /// Signed distance of a sample, in the chord's frame, to the left of the arc of that height.
-    fn above(&self, (x, y): Xy, height: f64) -> f64 {
+    fn above(&self, Vec2 { x, y }: Vec2, height: f64) -> f64 {
         if height.abs() < AT_END {
             return y;
         }
@@ -132,35 +127,22 @@ impl Chord {
             return None;
         }
         let up = height - self.radius(height);
-        let centre = (self.middle.0 - self.along.1 * up, self.middle.1 + self.along.0 * up);
+        let centre = self.middle + self.along.left() * up;
         let turn = if height > 0.0 { Turn::Clockwise } else { Turn::CounterClockwise };
         let fitted = Curve::fitted(self.ends.0, self.ends.1, centre, turn).ok();
         fitted.filter(|curve| matches!(curve, Curve::Arc(arc) if radius(arc) <= RADIUS_MAX))
     }
 
     /// Signed distance of a sample to the left of a curve between the chord's ends.
-    fn to_left(&self, curve: &Curve, p: Xy) -> f64 {
+    fn to_left(&self, curve: &Curve, p: Vec2) -> f64 {
         match curve {
-            Curve::Line(_) => self.seen(p).1,
+            Curve::Line(_) => self.seen(p).y,
             Curve::Arc(arc) => {
-                let (x, y) = minus(p, xy(arc.centre()));
-                let outside = hypot(x, y) - radius(arc);
+                let outside = p.distance(arc.centre().into()) - radius(arc);
                 if arc.turn() == Turn::CounterClockwise { -outside } else { outside }
             }
         }
     }
-}
-
-pub(crate) fn minus(a: Xy, b: Xy) -> Xy {
-    (a.0 - b.0, a.1 - b.1)
-}
-
-pub(crate) fn dot(a: Xy, b: Xy) -> f64 {
-    a.0 * b.0 + a.1 * b.1
-}
-
-pub(crate) fn cross(a: Xy, b: Xy) -> f64 {
-    a.0 * b.1 - a.1 * b.0
 }
 
 #[cfg(test)]
@@ -169,16 +151,16 @@ mod tests {
 
     use super::*;
 
-    fn at((x, y): Xy) -> Point {
-        nearest_point(x, y).unwrap()
+    fn at(place: Vec2) -> Point {
+        nearest_point(place).unwrap()
     }
 
     /// Samples of an arc, moved inward and outward by up to `off`.
-    fn places(radius: f64, begin: f64, turn: f64, off: f64) -> Vec<Xy> {
+    fn places(radius: f64, begin: f64, turn: f64, off: f64) -> Vec<Vec2> {
         let place = |k: u32| {
             let (sine, cosine) = (begin + turn * f64::from(k) / 16.0).sin_cos();
             let r = if k.is_multiple_of(16) { radius } else { radius + off * (f64::from(k) * 2.0).sin() };
-            (1000.0 + r * cosine, r * sine - 500.0)
+            Vec2::new(1000.0 + r * cosine, r * sine - 500.0)
         };
         (0..=16).map(place).collect()
     }
@@ -207,17 +189,28 @@ mod tests {
             let Some(Curve::Arc(arc)) = chord.curve_beside(&places, band) else { panic!("{band:?}") };
             // All samples lie on one side of the arc. They turn left, so an arc of larger radius passes
             // inside them.
-            let far =
-                hypot(places[8].0 - xy(arc.centre()).0, places[8].1 - xy(arc.centre()).1) - radius(&arc);
+            let far = places[8].distance(arc.centre().into()) - radius(&arc);
             assert_eq!(far < 0.0, longer, "{band:?}: {far}");
         }
     }
 
     #[test]
     fn samples_that_run_back_have_no_curve() {
-        let chord = Chord::between(at((0.0, 0.0)), at((1000.0, 0.0))).unwrap();
+        let chord = Chord::between(at(Vec2::new(0.0, 0.0)), at(Vec2::new(1000.0, 0.0))).unwrap();
         let band = Band { left: 10.0, right: 10.0 };
-        assert!(chord.curve_beside(&[(0.0, 0.0), (600.0, 0.0), (400.0, 0.0), (1000.0, 0.0)], band).is_none());
-        assert!(Chord::between(at((5.0, 5.0)), at((5.0, 5.0))).is_none());
+        assert!(
+            chord
+                .curve_beside(
+                    &[
+                        Vec2::new(0.0, 0.0),
+                        Vec2::new(600.0, 0.0),
+                        Vec2::new(400.0, 0.0),
+                        Vec2::new(1000.0, 0.0)
+                    ],
+                    band
+                )
+                .is_none()
+        );
+        assert!(Chord::between(at(Vec2::new(5.0, 5.0)), at(Vec2::new(5.0, 5.0))).is_none());
     }
 }

@@ -7,7 +7,7 @@ use keepout_kernel::exact::width::Product;
 use keepout_kernel::offset::{
     self, COVERAGE, Gouge, Missing, Offset, Outline, RESOLUTION, certify_complete, certify_path,
 };
-use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM, Vec2};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -148,8 +148,8 @@ pub fn propose(
 ) -> Result<FinishingPath, FinishError> {
     let offset =
         if part.zones().is_empty() { offset::propose(outlines, d) } else { among_zones(outlines, part, d) };
-    if let Some(&(x, y)) = offset.loose_ends.first() {
-        let at = nearest_point(x, y).unwrap_or(Point::ORIGIN);
+    if let Some(&end) = offset.loose_ends.first() {
+        let at = nearest_point(end).unwrap_or(Point::ORIGIN);
         return Err(FinishError::LooseEnds { at, count: offset.loose_ends.len() });
     }
     if offset.loops.is_empty() {
@@ -367,9 +367,8 @@ struct LoopOutline {
 impl LoopOutline {
     fn new(curves: &[Curve]) -> Self {
         let points = corners(curves.iter(), Length::small(200));
-        let xy = |p: Point| (f64::from(p.x.units()), f64::from(p.y.units()));
         let edges = points.iter().zip(points.iter().cycle().skip(1));
-        let double_area = edges.map(|(&a, &b)| xy(a).0 * xy(b).1 - xy(a).1 * xy(b).0).sum();
+        let double_area = edges.map(|(&a, &b)| Vec2::from(a).cross(b.into())).sum();
         let bounds = points.iter().map(|&point| Window::of(point)).reduce(Window::union);
         Self { bounds: bounds.unwrap_or(Window::of(Point::ORIGIN)), points, double_area }
     }

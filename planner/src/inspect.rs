@@ -9,11 +9,11 @@ use keepout_kernel::index::{Edge, build};
 use keepout_kernel::{Curve, Length, Point, Region, Ring, Segment, UNITS_PER_MM};
 use serde::Serialize;
 
-use crate::Mm2;
 use crate::drawing::{Chained, Drawing};
 use crate::profile::{ProfileError, ProfileLoop};
 use crate::select::ContourPolygon;
 use crate::units::{mm, point_from_mm, point_mm};
+use crate::{Box2, Mm2};
 
 /// The report on a drawing. Lengths are in mm, areas in mm².
 #[derive(Clone, Debug, Serialize)]
@@ -32,8 +32,8 @@ pub struct Inspection {
     pub inner: usize,
     /// The area within an odd number of contours.
     pub area_mm2: f64,
-    /// Least x, least y, largest x, largest y of the contours; `None` without contours.
-    pub box_mm: Option<[f64; 4]>,
+    /// The box around the contours; `None` without contours.
+    pub box_mm: Option<Box2>,
     /// Number of pieces of splines and ellipses, which arcs and lines replace.
     pub free_curves: usize,
     /// Chord-error bound of these arcs and lines.
@@ -65,8 +65,8 @@ pub struct Contour {
     pub lines: usize,
     /// Number of arcs.
     pub arcs: usize,
-    /// Least x, least y, largest x, largest y.
-    pub box_mm: [f64; 4],
+    /// The box around it.
+    pub box_mm: Box2,
     /// A point within it, for `--at`; `None` if the search found no point.
     pub inside_mm: Option<Mm2>,
 }
@@ -117,7 +117,7 @@ pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
         outer: depths.iter().zip(loops).filter(|(depth, each)| *depth % 2 == 0 && !each.is_flat()).count(),
         inner: depths.iter().filter(|&depth| depth % 2 == 1).count(),
         area_mm2: outlines.iter().zip(&depths).map(signed).fold(0.0, |sum, area| sum + area),
-        box_mm: contours.iter().map(|contour| contour.box_mm).reduce(union),
+        box_mm: contours.iter().map(|contour| contour.box_mm).reduce(Box2::union),
         contours,
         free_curves: chained.profile.source_count(),
         curve_bound_mm: mm(chained.profile.chord_error().units()),
@@ -129,15 +129,9 @@ pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
     }
 }
 
-/// The smallest box around two boxes.
-pub(crate) fn union(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-    [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
-}
-
 fn contour(each: &ProfileLoop, outline: &ContourPolygon, layer: &str, depth: usize) -> Contour {
     let length: f64 = each.edges.iter().map(|edge| edge.curve.length()).sum();
     let lines = each.edges.iter().filter(|edge| matches!(edge.curve, Curve::Line(_))).count();
-    let (low, high) = outline.bounds;
     Contour {
         layer: layer.into(),
         depth,
@@ -145,15 +139,14 @@ fn contour(each: &ProfileLoop, outline: &ContourPolygon, layer: &str, depth: usi
         length_mm: length / f64::from(UNITS_PER_MM),
         lines,
         arcs: each.edges.len() - lines,
-        box_mm: [low.x, low.y, high.x, high.y],
+        box_mm: outline.bounds,
         inside_mm: inside(outline),
     }
 }
 
 /// A point within the contour: the middle of its widest stretch on the horizontal line at half its height.
 fn inside(outline: &ContourPolygon) -> Option<Mm2> {
-    let (low, high) = outline.bounds;
-    let y = f64::midpoint(low.y, high.y);
+    let y = outline.bounds.middle().y;
     let next = outline.points.iter().cycle().skip(1);
     let mut crossings: Vec<f64> = outline
         .points
@@ -171,8 +164,10 @@ fn inside(outline: &ContourPolygon) -> Option<Mm2> {
 fn depths(outlines: &[ContourPolygon]) -> Vec<usize> {
     // An index of the diagonals of the boxes leaves few outlines to test for each corner.
     let point = |p: Mm2| point_from_mm(p).unwrap_or(Point::ORIGIN);
-    let diagonal =
-        |outline: &ContourPolygon| Segment { from: point(outline.bounds.0), to: point(outline.bounds.1) };
+    let diagonal = |outline: &ContourPolygon| Segment {
+        from: point(outline.bounds.low),
+        to: point(outline.bounds.high),
+    };
     let edge = |outline: &ContourPolygon| Edge { chord: diagonal(outline), chord_error: Length::ZERO };
     let Ok(index) = build::build(outlines.iter().map(edge).collect()) else { return vec![0; outlines.len()] };
     let depth = |(i, outline): (usize, &ContourPolygon)| {
@@ -234,13 +229,10 @@ impl std::fmt::Display for Inspection {
             self.outer, self.inner
         )?;
         writeln!(f, "area         {:.3} mm² within an odd number of contours", self.area_mm2)?;
-        if let Some([x0, y0, x1, y1]) = self.box_mm {
-            writeln!(
-                f,
-                "box          ({x0:.3}, {y0:.3}) to ({x1:.3}, {y1:.3}) mm: {:.3} × {:.3}",
-                x1 - x0,
-                y1 - y0
-            )?;
+        if let Some(bounds) = self.box_mm {
+            let (Box2 { low, high }, size) = (bounds, bounds.size());
+            write!(f, "box          ({:.3}, {:.3}) to {high}: ", low.x, low.y)?;
+            writeln!(f, "{:.3} × {:.3}", size.x, size.y)?;
         }
         for (number, contour) in self.contours.iter().enumerate().take(LISTED) {
             let at = contour.inside_mm.map_or(String::new(), |Mm2 { x, y }| format!(", --at {x:.3},{y:.3}"));

@@ -42,4 +42,4 @@ mod summary;
 pub mod text_file;
 pub mod units;
 
-pub use mm2::Mm2;
+pub use mm2::{Box2, Mm2};

@@ -4,11 +4,10 @@
 //! most [`INWARD`], and lies farther out by at most [`OUTWARD`]. It is kept only when the kernel
 //! certifies it.
 
-use keepout_kernel::curve::xy;
 use keepout_kernel::offset::certify_path;
-use keepout_kernel::{ArcView, Curve, Length, ProhibitedRegion};
+use keepout_kernel::{ArcView, Curve, Length, ProhibitedRegion, Vec2};
 
-use crate::chord::{Band, Chord, Xy, cross, dot, minus};
+use crate::chord::{Band, Chord};
 use crate::finish::{FinishingLoop, FinishingPath};
 
 /// Largest inward shift of a merged motion, nearer to the part than its run, lattice units (0.3 µm). It
@@ -72,7 +71,7 @@ fn turns(curves: &[Curve]) -> Vec<f64> {
     let mut turns = Vec::with_capacity(curves.len());
     for (index, curve) in curves.iter().enumerate().filter(|(_, curve)| long(curve)) {
         let (begin, end) = directions(curve);
-        let turn = before.map_or(0.0, |before| cross(before, begin).atan2(dot(before, begin)).abs());
+        let turn = before.map_or(0.0, |before| before.cross(begin).atan2(before.dot(begin)).abs());
         turns.resize(index + 1, turn);
         before = Some(end);
     }
@@ -82,10 +81,10 @@ fn turns(curves: &[Curve]) -> Vec<f64> {
 }
 
 /// Directions of a curve at its start and its end, not normalised.
-fn directions(curve: &Curve) -> (Xy, Xy) {
-    let (from, to) = (xy(curve.from()), xy(curve.to()));
+fn directions(curve: &Curve) -> (Vec2, Vec2) {
+    let (from, to) = (Vec2::from(curve.from()), Vec2::from(curve.to()));
     match curve {
-        Curve::Line(_) => (minus(to, from), minus(to, from)),
+        Curve::Line(_) => (to - from, to - from),
         Curve::Arc(arc) => {
             let arc = ArcView::of(arc);
             (arc.direction_beside(from), arc.direction_beside(to))
@@ -97,7 +96,7 @@ fn directions(curve: &Curve) -> (Xy, Xy) {
 struct Run<'a> {
     curves: &'a [Curve],
     /// [`PLACES`] places of each motion, and the end of the last.
-    places: Vec<Xy>,
+    places: Vec<Vec2>,
 }
 
 /// A motion, and the number of motions that it replaces: 1 for a motion that stays.
@@ -109,7 +108,7 @@ impl<'a> Run<'a> {
         for curve in curves {
             push_places(curve, &mut places);
         }
-        places.extend(curves.last().map(|last| xy(last.to())));
+        places.extend(curves.last().map(|last| Vec2::from(last.to())));
         Self { curves, places }
     }
 
@@ -194,14 +193,13 @@ impl<'a> Run<'a> {
     }
 }
 
-fn push_places(curve: &Curve, places: &mut Vec<Xy>) {
-    let (from, to) = (xy(curve.from()), xy(curve.to()));
+fn push_places(curve: &Curve, places: &mut Vec<Vec2>) {
+    let (from, to) = (Vec2::from(curve.from()), Vec2::from(curve.to()));
     places.push(from);
     let between = [0.25, 0.5, 0.75].into_iter();
     match curve {
         Curve::Line(_) => {
-            let (dx, dy) = minus(to, from);
-            places.extend(between.map(|t| (from.0 + dx * t, from.1 + dy * t)));
+            places.extend(between.map(|t| from + (to - from) * t));
         }
         Curve::Arc(arc) => {
             let arc = ArcView::of(arc);

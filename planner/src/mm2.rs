@@ -1,8 +1,9 @@
-//! Two coordinates in millimetres.
+//! Points, vectors and boxes in millimetres.
 
 use std::fmt;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
+use keepout_kernel::Vec2;
 use serde::{Deserialize, Serialize};
 
 /// A point or a vector in the plane: x and y in millimetres. A velocity is in mm/s; a direction has no unit.
@@ -123,8 +124,82 @@ impl Mm2 {
     }
 }
 
+/// A box whose sides are parallel to the axes, mm. Files hold it as `[min x, min y, max x, max y]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(into = "[f64; 4]")]
+pub struct Box2 {
+    /// The corner with the least x and y.
+    pub low: Mm2,
+    /// The corner with the largest x and y.
+    pub high: Mm2,
+}
+
+impl Box2 {
+    /// The smallest box around some points. `None` without points.
+    #[must_use]
+    pub fn around(points: impl IntoIterator<Item = Mm2>) -> Option<Self> {
+        points.into_iter().map(|point| Self { low: point, high: point }).reduce(Self::union)
+    }
+
+    /// The smallest box around two boxes.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The box, larger by `by` mm on all sides.
+    #[must_use]
+    pub fn grown(self, by: f64) -> Self {
+        let by = Mm2::new(by, by);
+        Self { low: self.low - by, high: self.high + by }
+    }
+
+    /// Its width and height.
+    #[must_use]
+    pub fn size(self) -> Mm2 {
+        self.high - self.low
+    }
+
+    /// The larger of width and height, mm.
+    #[must_use]
+    pub fn longer_side(self) -> f64 {
+        self.size().x.max(self.size().y)
+    }
+
+    /// The place in its middle.
+    #[must_use]
+    pub fn middle(self) -> Mm2 {
+        self.low.midpoint(self.high)
+    }
+
+    /// Whether a place is within the box, or on its boundary.
+    #[must_use]
+    pub fn holds(self, place: Mm2) -> bool {
+        (self.low.x..=self.high.x).contains(&place.x) && (self.low.y..=self.high.y).contains(&place.y)
+    }
+}
+
+impl From<Box2> for [f64; 4] {
+    fn from(Box2 { low, high }: Box2) -> Self {
+        [low.x, low.y, high.x, high.y]
+    }
+}
+
 impl From<(f64, f64)> for Mm2 {
     fn from((x, y): (f64, f64)) -> Self {
+        Self { x, y }
+    }
+}
+
+/// From numbers that are in millimetres, such as those of an [`ArcView`](keepout_kernel::ArcView) in mm.
+impl From<Vec2> for Mm2 {
+    fn from(Vec2 { x, y }: Vec2) -> Self {
+        Self { x, y }
+    }
+}
+
+impl From<Mm2> for Vec2 {
+    fn from(Mm2 { x, y }: Mm2) -> Self {
         Self { x, y }
     }
 }

@@ -8,7 +8,6 @@ use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, Ring, Segmen
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::Mm2;
 use crate::finish::{FinishError, FinishingPath, PathRefusal, centre_distance, propose};
 use crate::machine::MachineProfile;
 use crate::margin::{Budget, MarginError};
@@ -16,7 +15,8 @@ use crate::merge::merged;
 use crate::mesh::Mesh;
 use crate::profile::{MachinedSide, Profile, ProfileError, free_outlines};
 use crate::request::Stage;
-use crate::units::{length_up_from_mm, mm};
+use crate::units::{length_up_from_mm, mm, window_mm};
+use crate::{Box2, Mm2};
 
 /// Parameters of a job, as the user chooses them.
 #[derive(Clone, Debug, PartialEq)]
@@ -439,13 +439,10 @@ impl CertifiedPlan {
         self.mesh.get_or_init(build).as_ref()
     }
 
-    /// Corners `(low, high)` of the box around the part and the zones, on the lattice.
+    /// The box around the part and the zones.
     #[must_use]
-    pub fn part_box(&self) -> (Point, Point) {
+    pub fn part_box(&self) -> Box2 {
         let segments = self.part.zones().iter().flat_map(Ring::segments);
-        let bounds = segments.map(Segment::bounds).fold(self.part.region().bounds(), Window::union);
-        let (x0, y0, x1, y1) = bounds.corners();
-        let at = |x: i32, y: i32| Point::from_units(x.into(), y.into()).unwrap_or(Point::ORIGIN);
-        (at(x0, y0), at(x1, y1))
+        window_mm(segments.map(Segment::bounds).fold(self.part.region().bounds(), Window::union))
     }
 }

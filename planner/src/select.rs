@@ -3,11 +3,11 @@
 use keepout_kernel::Curve;
 use thiserror::Error;
 
-use crate::Mm2;
 use crate::drawing::{Chained, DrawingError, Problem};
 use crate::plan::Remark;
 use crate::profile::{Profile, ProfileLoop, corners};
 use crate::units::{arc_mm, point_mm};
+use crate::{Box2, Mm2};
 
 /// The user's selection among the contours of a drawing; all contours by default.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -151,8 +151,8 @@ pub struct ContourPolygon {
     pub points: Vec<Mm2>,
     /// Area, mm².
     pub area_mm2: f64,
-    /// Lower left and upper right corner of the box around it, mm.
-    pub bounds: (Mm2, Mm2),
+    /// The box around it.
+    pub bounds: Box2,
 }
 
 impl ContourPolygon {
@@ -167,24 +167,20 @@ impl ContourPolygon {
             each.curves().filter_map(|curve| if let Curve::Arc(arc) = curve { Some(arc) } else { None });
         let bulges: f64 = arcs.map(|arc| arc_mm(arc).double_segment_area()).sum();
         let double = ends.iter().zip(next).map(|(a, b)| a.cross(*b)).sum::<f64>() + bulges;
-        let low = points.iter().fold(Mm2::new(f64::MAX, f64::MAX), |low, &p| low.min(p));
-        let high = points.iter().fold(Mm2::new(f64::MIN, f64::MIN), |high, &p| high.max(p));
-        Self { points, area_mm2: double.abs() / 2.0, bounds: (low, high) }
+        let bounds = Box2::around(points.iter().copied()).unwrap_or_default();
+        Self { points, area_mm2: double.abs() / 2.0, bounds }
     }
 
     /// Whether the point lies within, by counting the crossings of a ray.
     #[must_use]
-    pub fn holds(&self, Mm2 { x, y }: Mm2) -> bool {
-        let (low, high) = self.bounds;
-        if x < low.x || x > high.x || y < low.y || y > high.y {
+    pub fn holds(&self, place: Mm2) -> bool {
+        if !self.bounds.holds(place) {
             return false;
         }
         let next = self.points.iter().cycle().skip(1);
-        let crossings = self
-            .points
-            .iter()
-            .zip(next)
-            .filter(|&(a, b)| (a.y > y) != (b.y > y) && x < a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
+        let crossings = self.points.iter().zip(next).filter(|&(a, b)| {
+            (a.y > place.y) != (b.y > place.y) && place.x < a.x + (b.x - a.x) * (place.y - a.y) / (b.y - a.y)
+        });
         crossings.count() % 2 == 1
     }
 }

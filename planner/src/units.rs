@@ -1,8 +1,9 @@
 //! Conversions between millimetres in `f64` and lattice units.
 
-use crate::Mm2;
+use crate::{Box2, Mm2};
 use keepout_kernel::curve::{nearest_point, nearest_unit};
-use keepout_kernel::{Arc, ArcView, Curve, LatticeError, Length, Point, UNITS_PER_MM, Vector};
+use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Arc, ArcView, Curve, LatticeError, Length, Point, UNITS_PER_MM, Vec2, Vector};
 
 /// Converts a coordinate or length in lattice units to millimetres.
 #[must_use]
@@ -22,6 +23,13 @@ pub fn vector_mm(vector: Vector) -> Mm2 {
     Mm2::new(mm(vector.dx), mm(vector.dy))
 }
 
+/// A box in millimetres.
+#[must_use]
+pub fn window_mm(window: Window) -> Box2 {
+    let (x0, y0, x1, y1) = window.corners();
+    Box2 { low: Mm2::new(mm(x0), mm(y0)), high: Mm2::new(mm(x1), mm(y1)) }
+}
+
 /// The view of an exact arc, in millimetres.
 #[must_use]
 pub fn arc_mm(arc: &Arc) -> ArcView {
@@ -33,7 +41,7 @@ pub fn arc_mm(arc: &Arc) -> ArcView {
 /// # Errors
 /// [`LatticeError`] if a coordinate is not finite or beyond ±5.37 m.
 pub fn point_from_mm(Mm2 { x, y }: Mm2) -> Result<Point, LatticeError> {
-    nearest_point(x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM))
+    nearest_point(Vec2::new(x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM)))
 }
 
 /// A length in millimetres, rounded *up* to the lattice: rounding never makes a clearance smaller.

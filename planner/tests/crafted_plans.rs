@@ -2,7 +2,7 @@
 //! part. A review found them.
 
 use keepout_kernel::exact::bezier::Bezier;
-use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
+use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, Vec2};
 use keepout_planner::Mm2;
 use keepout_planner::finish::{FinishingLoop, PathRefusal};
 use keepout_planner::machine::MachineProfile;
@@ -102,9 +102,9 @@ fn path_too_far_from_the_wall_of_such_a_hole_is_refused() {
     for inward in [200.0, 1_000.0, 5_000.0, 20_000.0] {
         let mut wrong = good.clone();
         let moved = |p: Point| {
-            let (x, y) = keepout_kernel::curve::xy(p);
+            let Vec2 { x, y } = keepout_kernel::Vec2::from(p);
             let share = 1.0 - inward / x.hypot(y);
-            keepout_kernel::curve::nearest_point(x * share, y * share).unwrap()
+            keepout_kernel::curve::nearest_point(Vec2::new(x * share, y * share)).unwrap()
         };
         let each = &mut wrong.passes[0].path.loops[0];
         let corners: Vec<Point> = each.curves.iter().map(|curve| moved(curve.from())).collect();

@@ -5,8 +5,8 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use keepout_kernel::curve::{fit_arc, hypot, nearest_point, radius, xy};
-use keepout_kernel::{Curve, Point, Segment, Turn};
+use keepout_kernel::curve::{fit_arc, nearest_point, radius};
+use keepout_kernel::{Curve, Point, Segment, Turn, Vec2};
 use keepout_planner::Mm2;
 use keepout_planner::finish::{centre_distance, propose};
 use keepout_planner::machine::MachineProfile;
@@ -38,7 +38,7 @@ fn wave(count: u32, size: f64, waves: &[(f64, f64)]) -> Vec<(f64, f64)> {
 /// A loop of lines between the places. At each multiple of `arcs`, an arc through three places replaces two
 /// lines.
 fn loop_through(places: &[(f64, f64)], arcs: usize) -> Vec<Curve> {
-    let points: Vec<Point> = places.iter().map(|&(x, y)| nearest_point(x, y).unwrap()).collect();
+    let points: Vec<Point> = places.iter().map(|&(x, y)| nearest_point(Vec2::new(x, y)).unwrap()).collect();
     let mut curves = Vec::new();
     let mut k = 0;
     while k < points.len() {
@@ -53,13 +53,12 @@ fn loop_through(places: &[(f64, f64)], arcs: usize) -> Vec<Curve> {
 }
 
 fn arc_through(from: Point, by: Point, to: Point) -> Option<Curve> {
-    let ((ax, ay), (bx, by), (cx, cy)) = (xy(from), xy(by), xy(to));
-    let (ux, uy, vx, vy) = (bx - ax, by - ay, cx - ax, cy - ay);
-    let twice = 2.0 * (ux * vy - uy * vx);
-    let (u2, v2) = (ux * ux + uy * uy, vx * vx + vy * vy);
-    let centre = (ax + (vy * u2 - uy * v2) / twice, ay + (ux * v2 - vx * u2) / twice);
+    let (a, b, c) = (Vec2::from(from), Vec2::from(by), Vec2::from(to));
+    let (u, v) = (b - a, c - a);
+    let twice = 2.0 * u.cross(v);
+    let centre = a + (u.left() * v.dot(v) - v.left() * u.dot(u)) / twice;
     let turn = if twice > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
-    let large = hypot(centre.0 - ax, centre.1 - ay) > 1e8 || !twice.is_normal();
+    let large = centre.distance(a) > 1e8 || !twice.is_normal();
     fit_arc(from, to, centre, turn).ok().filter(|_| !large).map(Curve::Arc)
 }
 
@@ -72,18 +71,18 @@ fn places_on(curve: &Curve) -> Vec<Mm2> {
 /// The distance of a place (mm) to the right of the curve, lattice units. For a place beyond the ends, the
 /// distance from the nearer end.
 fn right_of(Mm2 { x, y }: Mm2, curve: &Curve) -> f64 {
-    let p = (x / mm(1), y / mm(1));
-    let (a, b) = (xy(curve.from()), xy(curve.to()));
-    let far = |q: (f64, f64)| hypot(p.0 - q.0, p.1 - q.1);
-    let side = |a: (f64, f64), b: (f64, f64)| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
+    let p = Vec2::new(x, y) / mm(1);
+    let (a, b) = (Vec2::from(curve.from()), Vec2::from(curve.to()));
+    let far = |q: Vec2| p.distance(q);
+    let side = |a: Vec2, b: Vec2| (b - a).cross(p - a);
     let at_end = far(a).min(far(b));
     match curve {
         Curve::Line(_) => {
-            let n = <(f64, f64)>::from(Mm2::from(p).nearest_on(a.into(), b.into()));
-            if n == a || n == b { at_end } else { -side(a, b) / hypot(b.0 - a.0, b.1 - a.1) }
+            let n = p.nearest_on(a, b);
+            if n == a || n == b { at_end } else { -side(a, b) / a.distance(b) }
         }
         Curve::Arc(arc) => {
-            let c = xy(arc.centre());
+            let c = Vec2::from(arc.centre());
             let sign = if arc.turn() == Turn::CounterClockwise { 1.0 } else { -1.0 };
             // All arcs here turn by less than half a turn.
             let within = sign * side(c, a) >= 0.0 && sign * side(c, b) <= 0.0;

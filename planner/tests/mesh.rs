@@ -8,7 +8,9 @@
 use fastrand::Rng;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::build::build;
-use keepout_kernel::{CheckedIndex, Edge, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
+use keepout_kernel::{
+    CheckedIndex, Edge, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Vec2,
+};
 use keepout_planner::Mm2;
 use keepout_planner::finish::FinishError;
 use keepout_planner::machine::MachineProfile;
@@ -30,7 +32,8 @@ fn star(random: &mut Rng, centre: Mm2, reach: f64, count: usize) -> Vec<Point> {
     let vertex = |k: usize| {
         let phi = std::f64::consts::TAU * k as f64 / count as f64;
         let r = reach * (0.2 + 0.8 * random.f64());
-        keepout_kernel::curve::nearest_point(centre.x + r * phi.cos(), centre.y + r * phi.sin()).unwrap()
+        keepout_kernel::curve::nearest_point(Vec2::new(centre.x + r * phi.cos(), centre.y + r * phi.sin()))
+            .unwrap()
     };
     (0..count).map(vertex).collect()
 }

@@ -48,8 +48,7 @@ fn planned((file, side, diameter): Case, cut: Cut, passes: &[f64]) -> CertifiedP
 }
 
 fn field(plan: &CertifiedPlan) -> Window {
-    let (low, high) = plan.part_box();
-    Window::of(low).including(high).grown(Length::from_units(6_000_000).unwrap())
+    plan.part.region().bounds().grown(Length::from_units(6_000_000).unwrap())
 }
 
 /// A clear start point in each free space.

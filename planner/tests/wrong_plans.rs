@@ -1,7 +1,7 @@
 //! Plans that are wrong on purpose. The checkers refuse each, and name the place.
 
 use keepout_kernel::curve::fit_arc;
-use keepout_kernel::{Arc, Curve, Length, Point, Segment, Vector};
+use keepout_kernel::{Arc, Curve, Length, Point, Segment, Vec2, Vector};
 use keepout_planner::Mm2;
 use keepout_planner::finish::{FinishingLoop, PathRefusal};
 use keepout_planner::machine::MachineProfile;
@@ -266,14 +266,9 @@ fn edges_that_leave_their_curve_are_refused() {
             let each = &mut wrong.profile.loops[index];
             let edge = &mut each.edges[usize::midpoint(first, end)];
             if let Curve::Arc(arc) = edge.curve {
-                let middle = |a: Point, b: Point| (a.x.units() + b.x.units(), a.y.units() + b.y.units());
-                let (x, y) = middle(arc.from(), arc.to());
                 let c = arc.centre();
-                let off = (
-                    f64::from(x) / 2.0 - f64::from(c.x.units()),
-                    f64::from(y) / 2.0 - f64::from(c.y.units()),
-                );
-                let nearer = (f64::from(c.x.units()) + off.0 * 0.5, f64::from(c.y.units()) + off.1 * 0.5);
+                let off = Vec2::from(arc.from()).midpoint(arc.to().into()) - Vec2::from(c);
+                let nearer = Vec2::from(c) + off * 0.5;
                 edge.curve = Curve::Arc(fit_arc(arc.from(), arc.to(), nearer, arc.turn()).unwrap());
                 let error = error_of(wrong.certify(), "an arc that leaves the curve");
                 assert!(matches!(error, PlanError::Profile(ProfileError::Curve { .. })), "{error}");
@@ -307,10 +302,10 @@ fn climb_and_conventional_cuts_run_in_opposite_directions() {
         let job = PlanParameters { tool_diameter_mm: 4.0, cut, ..PlanParameters::default() };
         let request = PlanRequest { job, ..PlanRequest::default() };
         let plan = request.plan("plate", PLATE, &MachineProfile::simulated(), &mut |_| {}).unwrap();
-        let (low, high) = plan.part_box();
-        let field = keepout_kernel::exact::segment::Window::of(low).including(high);
+        let field = plan.part.region().bounds();
+        let (x, y, ..) = field.corners();
         let room = keepout_kernel::Length::from_units(3_000_000).unwrap();
-        let from = Point::from_units(i64::from(low.x.units()) - 1_000_000, low.y.units().into()).unwrap();
+        let from = Point::from_units(i64::from(x) - 1_000_000, y.into()).unwrap();
         let job = keepout_planner::job::contour_job(&plan, from, field.grown(room)).unwrap();
         let cuts: Vec<_> = job.legs.iter().filter(|leg| leg.cuts.is_some()).collect();
         assert_eq!((cuts.len(), job.tangential), (1, 1));
@@ -318,7 +313,7 @@ fn climb_and_conventional_cuts_run_in_opposite_directions() {
         assert!(curves.windows(2).all(|pair| pair[0].to() == pair[1].from()), "no jumps");
         // Twice the area within the cut, which goes around the part once. It is positive if the part is on
         // the left.
-        let xy = keepout_kernel::curve::xy;
+        let xy = keepout_kernel::Vec2::from;
         let area: f64 = curves
             .iter()
             .flat_map(|curve| {
@@ -329,7 +324,7 @@ fn climb_and_conventional_cuts_run_in_opposite_directions() {
                     .map(|p| (xy(p[0]), xy(p[1])))
                     .collect::<Vec<_>>()
             })
-            .map(|(a, b)| a.0 * b.1 - a.1 * b.0)
+            .map(|(a, b)| a.x * b.y - a.y * b.x)
             .sum();
         assert_eq!(area > 0.0, left, "{cut:?}");
         // The lead-in is a line and an arc that ends in the direction of the contour.

@@ -10,7 +10,7 @@ use keepout_kernel::exact::width::Product;
 use keepout_kernel::index::build::build;
 use keepout_kernel::index::cells::Answer;
 use keepout_kernel::index::{CheckedIndex, Edge, subdivide};
-use keepout_kernel::{Convex, Point, Segment, Triangle};
+use keepout_kernel::{Convex, Point, Segment, Triangle, Vec2};
 
 use crate::families::{Family, at, length};
 use crate::oracle::{self, Big, quick};
@@ -244,7 +244,8 @@ pub fn arcs(random: &mut Rng, cases: u64) {
         let turn = if random.bool() { Turn::CounterClockwise } else { Turn::Clockwise };
         let signed = if turn == Turn::CounterClockwise { sweep } else { -sweep };
         let on = |phi: f64, r: f64| (r * phi.cos(), r * phi.sin());
-        let lattice = |(x, y): (f64, f64)| keepout_kernel::curve::nearest_point(x, y).expect("small");
+        let lattice =
+            |(x, y): (f64, f64)| keepout_kernel::curve::nearest_point(Vec2::new(x, y)).expect("small");
         let (from, to) = (lattice(on(start, rho as f64)), lattice(on(start + signed, rho as f64)));
         let Ok(arc) = Arc::new(from, to, Point::ORIGIN, turn) else { continue };
         let Some(swept) = SweptArc::of(&arc) else { continue };

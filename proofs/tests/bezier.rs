@@ -1,11 +1,15 @@
 //! The check that a Bézier curve follows a chain, compared with points of both from their definitions.
 
 use fastrand::Rng;
-use keepout_kernel::curve::{fit_arc, xy};
+use keepout_kernel::curve::fit_arc;
 use keepout_kernel::exact::bezier::{Bezier, WEIGHTS};
-use keepout_kernel::{Curve, Length, Point, Segment, Turn};
+use keepout_kernel::{Curve, Length, Point, Segment, Turn, Vec2};
 
 type Xy = (f64, f64);
+
+fn xy(point: Point) -> Xy {
+    (f64::from(point.x.units()), f64::from(point.y.units()))
+}
 
 /// A point of the curve by the sum over Bernstein polynomials, lattice units.
 fn at(curve: &Bezier, t: f64) -> Xy {
@@ -71,7 +75,7 @@ fn chain_along(curve: &Bezier, random: &mut Rng, count: u32, moved: i64) -> Opti
     for k in 1..count {
         let (x, y) = at(curve, f64::from(k) / f64::from(count));
         let (dx, dy) = (random.i64(-moved..=moved), random.i64(-moved..=moved));
-        let near = keepout_kernel::curve::nearest_point(x, y).ok()?;
+        let near = keepout_kernel::curve::nearest_point(Vec2::new(x, y)).ok()?;
         joints.push(Point::from_units(i64::from(near.x.units()) + dx, i64::from(near.y.units()) + dy).ok()?);
     }
     joints.push(*curve.control().last()?);
@@ -90,7 +94,7 @@ fn through(from: Point, (mx, my): Xy, to: Point) -> Option<Curve> {
     let ((ax, ay), (bx, by)) = (xy(from), xy(to));
     let cross = (mx - ax) * (by - ay) - (my - ay) * (bx - ax);
     let (u, v) = ((mx - ax).powi(2) + (my - ay).powi(2), (bx - ax).powi(2) + (by - ay).powi(2));
-    let centre = (
+    let centre = Vec2::new(
         ax + (u * (by - ay) - v * (my - ay)) / (2.0 * cross),
         ay + (v * (mx - ax) - u * (bx - ax)) / (2.0 * cross),
     );

@@ -7,7 +7,7 @@
 
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::width::Product;
-use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Vec2};
 use keepout_proofs::oracle::{Big, inside_polygon, segment_segment_within, triangle_segment_within};
 use keepout_proofs::properties::{self, Xy};
 use proptest::prelude::*;
@@ -179,12 +179,12 @@ proptest! {
         let r = radius as f64;
         let turn = if left { keepout_kernel::Turn::CounterClockwise } else { keepout_kernel::Turn::Clockwise };
         let signed = if left { sweep } else { -sweep };
-        let at = |phi: f64| keepout_kernel::curve::nearest_point(r * phi.cos(), r * phi.sin()).unwrap();
+        let at = |phi: f64| keepout_kernel::curve::nearest_point(Vec2::new(r * phi.cos(), r * phi.sin())).unwrap();
         let (start, end) = (at(from), at(from + signed));
         if start == end {
             return Ok(());
         }
-        let Ok(arc) = keepout_kernel::curve::fit_arc(start, end, (0.0, 0.0), turn) else { return Ok(()) };
+        let Ok(arc) = keepout_kernel::curve::fit_arc(start, end, Vec2::new(0.0, 0.0), turn) else { return Ok(()) };
         let chord_error = Length::small(chord_error);
         let points = Curve::Arc(arc).chord_points(chord_error).unwrap();
         let chords: Vec<Segment> = points.windows(2).map(|w| Segment { from: w[0], to: w[1] }).collect();

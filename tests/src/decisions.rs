@@ -9,10 +9,10 @@ use keepout_executor::session::{Engine, NoEventLog, Sample, SessionSetup, neares
 use keepout_executor::supervisor::{OperatorInput, Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
-use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
+use keepout_planner::{Box2, Mm2};
 use keepout_sim::{PositioningError, SimMachine, SimSettings, speaking};
 
 /// The cause of a decision.
@@ -37,7 +37,7 @@ pub struct Decisions {
     samples: Vec<Sample>,
     wall: Option<Mm2>,
     inputs: u32,
-    part_box_mm: (f64, f64, f64, f64),
+    part_box: Box2,
 }
 
 /// Inputs from one search of the nearest wall to the next: a person's eye is not faster.
@@ -53,10 +53,9 @@ impl Decisions {
         let mut machine = MachineProfile::simulated();
         machine.travel_mm = [1000.0, 1000.0];
         let place = place_on_table(&work.plan, &machine, None).map_err(|error| error.to_string())?;
-        let (low, high) = work.plan.part_box();
-        let (Mm2 { x, y }, Mm2 { x: x1, y: y1 }) = (point_mm(low), point_mm(high));
-        let off = 2.0 * mm(work.plan.roughing.units());
-        let start = point_from_mm(Mm2::new(x - off, y - off)).map_err(|error| error.to_string())?;
+        let part_box = work.plan.part_box();
+        let start = part_box.grown(2.0 * mm(work.plan.roughing.units())).low;
+        let start = point_from_mm(start).map_err(|error| error.to_string())?;
         let on_machine: Point = start.translated(place.offset).map_err(|error| error.to_string())?;
         let settings = SimSettings {
             work_offset_mm: Mm2::ZERO,
@@ -85,7 +84,7 @@ impl Decisions {
             samples: Vec::with_capacity(4096),
             wall: None,
             inputs: 0,
-            part_box_mm: (x, y, x1, y1),
+            part_box,
         })
     }
 
@@ -156,7 +155,7 @@ impl Decisions {
         let seen = OperatorView {
             position_mm: position.map(point_mm),
             wall_mm: self.wall,
-            part_box_mm: self.part_box_mm,
+            part_box: self.part_box,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
             unacknowledged: supervisor.guard().unacknowledged(),
             phase: supervisor.phase(),

@@ -86,7 +86,11 @@ impl OracleReading {
         }
         match (found.box_mm, self.bounds) {
             (Some(ours), Some(bounds)) => {
-                let off = ours.iter().zip(bounds).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                let off = <[f64; 4]>::from(ours)
+                    .into_iter()
+                    .zip(bounds)
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f64::max);
                 if off > 0.02 { Err(format!("box off by {off:.4} mm")) } else { Ok(()) }
             }
             _ => Ok(()),

@@ -3,7 +3,7 @@
 mod panel;
 
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::{Box2, Mm2};
 pub use panel::Panel;
 
 use crate::supervisor::{OperatorCommand, OperatorInput, Phase};
@@ -15,8 +15,8 @@ pub struct OperatorView {
     pub position_mm: Option<Mm2>,
     /// The nearest point of the part, drawing coordinates, mm.
     pub wall_mm: Option<Mm2>,
-    /// The box around the part, `(min x, min y, max x, max y)`, mm.
-    pub part_box_mm: (f64, f64, f64, f64),
+    /// The box around the part.
+    pub part_box: Box2,
     /// The tool centre after the last motion in flight, drawing coordinates, mm.
     pub end_mm: Option<Mm2>,
     /// Motions that the controller has not yet acknowledged.

@@ -2,10 +2,10 @@
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Length, Point, Vector};
-use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
+use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm, window_mm};
+use keepout_planner::{Box2, Mm2};
 use thiserror::Error;
 
 /// The place of a drawing on a machine.
@@ -89,16 +89,10 @@ pub fn place_on_table(
 ) -> Result<Placement, PlaceError> {
     let (low, high) = path_box(plan)?;
     let [width, height] = machine.travel_mm;
-    let Mm2 { x: x0, y: y0 } = point_mm(low);
-    let Mm2 { x: x1, y: y1 } = point_mm(high);
+    let job = Box2 { low: point_mm(low), high: point_mm(high) };
     // A drawn travel is centred in the machine's travel. Without it the job is centred.
-    let drawn = plan.plan.travel.map(|travel| {
-        let (x0, y0, x1, y1) = travel.corners();
-        (mm(x0), mm(y0), mm(x1), mm(y1))
-    });
-    let (left, low_y, right, high_y) = drawn.unwrap_or((x0, y0, x1, y1));
-    let middle =
-        Mm2::new(-width / 2.0 - f64::midpoint(left, right), -height / 2.0 - f64::midpoint(low_y, high_y));
+    let centred = plan.plan.travel.map_or(job, window_mm);
+    let middle = -Mm2::new(width, height) / 2.0 - centred.middle();
     let offset = point_from_mm(origin_mm.unwrap_or(middle))?;
     let to_grid = |c: i32| c.div_euclid(GRID) * GRID;
     let offset = Vector { dx: to_grid(offset.x.units()), dy: to_grid(offset.y.units()) };
@@ -106,17 +100,19 @@ pub fn place_on_table(
     let corner = |x: f64, y: f64| point_from_mm(Mm2::new(x, y))?.translated(back);
     let travel = Window::of(corner(-width, -height)?).including(corner(0.0, 0.0)?);
     let travel = plan.plan.travel.map_or(travel, |drawn| travel.common(drawn));
-    if x1 - x0 + EDGE_MM > width || y1 - y0 + EDGE_MM > height {
+    let needed = job.size() + Mm2::new(EDGE_MM, EDGE_MM);
+    if needed.x > width || needed.y > height {
         return Err(PlaceError::TooLarge {
-            needed_x: x1 - x0 + EDGE_MM,
-            needed_y: y1 - y0 + EDGE_MM,
+            needed_x: needed.x,
+            needed_y: needed.y,
             machine: machine.name.clone(),
             has_x: width,
             has_y: height,
         });
     }
     if !(travel.holds(low) && travel.holds(high)) {
-        return Err(PlaceError::Misplaced { x: (-width - x0, -x1), y: (-height - y0, -y1) });
+        let Box2 { low, high } = job;
+        return Err(PlaceError::Misplaced { x: (-width - low.x, -high.x), y: (-height - low.y, -high.y) });
     }
     Ok(Placement { offset, travel })
 }

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use keepout_guard::Time;
 use keepout_kernel::Point;
-use keepout_planner::Mm2;
 use keepout_planner::job::{ContourJob, JobError};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::point_mm;
+use keepout_planner::{Box2, Mm2};
 
 use super::engine::Engine;
 use super::event_log::{EventLog, EventLogError};
@@ -126,7 +126,7 @@ pub struct Session<'a, P: Port> {
     job: Option<JoinHandle<Result<ContourJob, JobError>>>,
     /// Replaces the product's planner, in virtual time only.
     planner: Option<Planner<'a>>,
-    part_box_mm: (f64, f64, f64, f64),
+    part_box: Box2,
     /// Whether the operator can recover from a fault. A fault then does not end the session.
     recovers: bool,
     /// The operator has given Stop.
@@ -141,10 +141,8 @@ impl<'a, P: Port> Session<'a, P> {
         operator: Box<dyn Operator + Send + 'a>,
         event_log: Box<dyn EventLog + 'a>,
     ) -> Self {
-        let (low, high) = engine.supervisor.plan().part_box();
-        let (Mm2 { x: x0, y: y0 }, Mm2 { x: x1, y: y1 }) = (point_mm(low), point_mm(high));
         Self {
-            part_box_mm: (x0, y0, x1, y1),
+            part_box: engine.supervisor.plan().part_box(),
             engine,
             port: Some(port),
             reopen: None,
@@ -374,7 +372,7 @@ impl<'a, P: Port> Session<'a, P> {
         OperatorView {
             position_mm,
             wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position)),
-            part_box_mm: self.part_box_mm,
+            part_box: self.part_box,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
             unacknowledged: supervisor.guard().unacknowledged(),
             phase: supervisor.phase(),

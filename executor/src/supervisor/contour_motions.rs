@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use keepout_guard::{ContourMotion, Interpolation};
-use keepout_kernel::curve::{fit_arc, nearest_unit, xy};
-use keepout_kernel::{Arc, Curve, Length, Point, Segment, UNITS_PER_MM};
+use keepout_kernel::curve::{fit_arc, nearest_unit};
+use keepout_kernel::{Arc, Curve, Length, Point, Segment, UNITS_PER_MM, Vec2};
 use keepout_planner::units::{arc_mm, point_from_mm};
 
 use super::Supervisor;
@@ -136,7 +136,7 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, NoContour> {
         let to = if k + 0.5 > count { arc.to() } else { point_from_mm(view.at(k / count).into())? };
         // The joints are rounded to the lattice. If rounding puts a joint off the circle, a centre one unit
         // away fits.
-        let again = || fit_arc(from, to, xy(arc.centre()), arc.turn());
+        let again = || fit_arc(from, to, Vec2::from(arc.centre()), arc.turn());
         pieces.push(Arc::new(from, to, arc.centre(), arc.turn()).or_else(|_| again())?);
         (from, k) = (to, k + 1.0);
     }
@@ -196,7 +196,7 @@ mod tests {
             let turn = if random.bool() { Turn::CounterClockwise } else { Turn::Clockwise };
             let sign = if turn == Turn::CounterClockwise { 1.0 } else { -1.0 };
             let ends = (at(begin), at(begin + sign * turns));
-            let Ok(arc) = fit_arc(ends.0, ends.1, (0.0, 0.0), turn) else { continue };
+            let Ok(arc) = fit_arc(ends.0, ends.1, Vec2::new(0.0, 0.0), turn) else { continue };
             let pieces = quarters(&arc, f64::INFINITY).unwrap();
             assert!(pieces.first().unwrap().from() == ends.0 && pieces.last().unwrap().to() == ends.1);
             assert!(pieces.windows(2).all(|pair| pair[0].to() == pair[1].from()));

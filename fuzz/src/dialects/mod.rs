@@ -5,14 +5,15 @@ mod says;
 use std::sync::{Arc as Shared, OnceLock};
 use std::time::Duration;
 
+use crate::oracle::xy;
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_executor::dialect::{
     Described, Description, Dialect, DialectConfig, DialectName, Grbl, Venus, Zaber,
 };
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_guard::{Certification, Certified, ContourMotion, Time, guard_in_open_space};
-use keepout_kernel::curve::{fit_arc, xy};
-use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vector};
+use keepout_kernel::curve::fit_arc;
+use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vec2, Vector};
 use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::mm;
@@ -247,7 +248,7 @@ fn bend_to(from: Point, to: Point, left: bool) -> Option<Arc> {
     fit_arc(
         from,
         to,
-        (a.0 + dx + nx, a.1 + dy + ny),
+        Vec2::new(a.0 + dx + nx, a.1 + dy + ny),
         if left { Turn::CounterClockwise } else { Turn::Clockwise },
     )
     .ok()

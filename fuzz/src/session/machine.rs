@@ -2,10 +2,11 @@
 
 use std::collections::VecDeque;
 
+use crate::oracle::xy;
 use keepout_executor::supervisor::{Abilities, Command, Limits, Mode, Reply, Report};
 use keepout_guard::{Interpolation, Motion, OnCancel};
-use keepout_kernel::curve::{nearest_point, xy};
-use keepout_kernel::{Curve, Point};
+use keepout_kernel::curve::nearest_point;
+use keepout_kernel::{Curve, Point, Vec2};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
 
@@ -197,5 +198,5 @@ impl Machine {
 }
 
 fn nearest((x, y): (f64, f64)) -> Xy {
-    plain(nearest_point(x, y).expect("it is between places of the table"))
+    plain(nearest_point(Vec2::new(x, y)).expect("it is between places of the table"))
 }

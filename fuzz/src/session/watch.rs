@@ -1,8 +1,8 @@
 //! Checks of a session: the guard's invariant, by means other than the guard's.
 
+use crate::oracle::xy;
 use keepout_executor::supervisor::{Command, Phase};
 use keepout_guard::{Interpolation, Motion};
-use keepout_kernel::curve::xy;
 use keepout_kernel::{Curve, Point, ProhibitedRegion};
 use keepout_planner::job::LoopNumber;
 use keepout_proofs::families::at;

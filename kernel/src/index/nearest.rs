@@ -8,9 +8,10 @@
 
 use super::Edge;
 use super::check::{CheckedIndex, LANES, LEAF, Node};
-use crate::curve::{round_down, xy};
+use crate::curve::round_down;
 use crate::exact::lattice::{Length, Point};
 use crate::exact::segment::{Segment, Window};
+use crate::vec2::Vec2;
 
 /// The chord nearest to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +42,7 @@ impl CheckedIndex {
     #[must_use]
     pub fn nearest(&self, point: Point, hint: Option<usize>) -> Option<Nearest> {
         let start = hint.unwrap_or(0);
-        let (at, first) = (xy(point), self.edges().get(start)?);
+        let (at, first) = (Vec2::from(point), self.edges().get(start)?);
         let best = Nearest { edge: start, distance_2: distance_2(at, first.chord) };
         let mut search = Search { index: self, at, best };
         search.descend(self.levels().len().checked_sub(1)?, 0);
@@ -86,7 +87,7 @@ impl CheckedIndex {
 
 struct Search<'a> {
     index: &'a CheckedIndex,
-    at: (f64, f64),
+    at: Vec2,
     best: Nearest,
 }
 
@@ -121,7 +122,7 @@ impl Search<'_> {
     /// the best edge.
     #[inline(always)]
     fn bounds(&self, node: &Node) -> ([f32; LANES], u8) {
-        let (x, y) = (self.at.0 as f32, self.at.1 as f32);
+        let (x, y) = (self.at.x as f32, self.at.y as f32);
         let [min_x, min_y, max_x, max_y] = node.corners();
         let gap = |low: i32, high: i32, c: f32| (low as f32 - c).max(c - high as f32).max(F32_OFF) - F32_OFF;
         let within = (self.best.distance_2 as f32) * (2.0 - F32_SHARE);
@@ -169,16 +170,15 @@ impl CheckedIndex {
 /// The square of the distance from a point to a chord.
 #[inline(always)]
 #[must_use]
-pub fn distance_2((x, y): (f64, f64), chord: Segment) -> f64 {
-    let (a, b) = (xy(chord.from), xy(chord.to));
-    let (dx, dy, wx, wy) = (b.0 - a.0, b.1 - a.1, x - a.0, y - a.1);
-    let length_2 = dx * dx + dy * dy;
-    let t = ((wx * dx + wy * dy) / length_2.max(1.0)).clamp(0.0, 1.0);
-    let (ox, oy) = (wx - t * dx, wy - t * dy);
-    ox * ox + oy * oy
+pub fn distance_2(point: Vec2, chord: Segment) -> f64 {
+    let (a, b) = (Vec2::from(chord.from), Vec2::from(chord.to));
+    let (along, w) = (b - a, point - a);
+    let share = (w.dot(along) / along.dot(along).max(1.0)).clamp(0.0, 1.0);
+    let off = w - along * share;
+    off.dot(off)
 }
 
 /// A lower bound on the distance from a point to the true curve of an edge.
 pub(crate) fn least_distance(point: Point, edge: &Edge) -> f64 {
-    libm::sqrt(distance_2(xy(point), edge.chord)) - f64::from(edge.chord_error.units())
+    libm::sqrt(distance_2(Vec2::from(point), edge.chord)) - f64::from(edge.chord_error.units())
 }

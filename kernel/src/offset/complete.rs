@@ -17,10 +17,11 @@ use super::plane::PlaneCurve;
 use super::propose::Outline;
 use super::track::{StraightWall, Track};
 use crate::clear::ProhibitedRegion;
-use crate::curve::{Curve, nearest_point, round_down, xy};
+use crate::curve::{Curve, nearest_point, round_down};
 use crate::exact::lattice::{COORD_MAX, Length, Point};
 use crate::exact::segment::Segment;
 use crate::index::{CheckedIndex, Edge, build};
+use crate::vec2::Vec2;
 
 /// A loop is beside a place when one of its chords is this near, in lattice units (1 µm).
 pub const BESIDE: u16 = 100;
@@ -227,11 +228,8 @@ impl Walk<'_> {
         }
         let length = shape.length();
         let direction = shape.direction(walked / length.max(f64::MIN_POSITIVE));
-        let here = xy(place);
-        let ahead = |end: Point| {
-            let (x, y) = xy(end);
-            (x - here.0) * direction.0 + (y - here.1) * direction.1
-        };
+        let here = Vec2::from(place);
+        let ahead = |end: Point| (Vec2::from(end) - here).dot(direction);
         // A line stays beside the chord between two places beside it. An arc leaves its own chord by at most
         // [`SAGITTA`].
         let bound = match *shape {
@@ -248,13 +246,12 @@ impl Walk<'_> {
 
 /// The lattice point nearest to the place at this length along the shape.
 fn nearest_on(shape: &PlaneCurve, walked: f64) -> Option<Point> {
-    let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
-    nearest_point(x, y).ok()
+    nearest_point(shape.at(walked / shape.length().max(f64::MIN_POSITIVE))).ok()
 }
 
 /// The distance from a place off the lattice back to the lattice, along its largest coordinate.
 fn beyond_lattice(shape: &PlaneCurve, walked: f64) -> f64 {
-    let (x, y) = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
+    let Vec2 { x, y } = shape.at(walked / shape.length().max(f64::MIN_POSITIVE));
     x.abs().max(y.abs()) - f64::from(COORD_MAX)
 }
 
@@ -262,7 +259,7 @@ fn beyond_lattice(shape: &PlaneCurve, walked: f64) -> f64 {
 /// for other shapes.
 fn exit(shape: &PlaneCurve, chord: Segment, radius: Length) -> f64 {
     let track = Track::of(shape);
-    let wall = StraightWall::of(&PlaneCurve::Line { from: xy(chord.from), to: xy(chord.to) });
+    let wall = StraightWall::of(&PlaneCurve::Line { from: Vec2::from(chord.from), to: Vec2::from(chord.to) });
     let (Track::Straight { .. }, Some(wall)) = (track, wall) else { return 0.0 };
     let mut exit = 0.0;
     track.covered_by_wall(&wall, f64::from(radius.units()), |_, high| exit = high);

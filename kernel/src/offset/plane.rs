@@ -3,50 +3,13 @@
 use libm::{atan2, sqrt};
 
 use crate::arc_view::{ArcView, onto_bisector};
-use crate::curve::{Curve, hypot, xy};
-
-/// A point or vector, in lattice units.
-pub type Xy = (f64, f64);
-
-pub fn minus(a: Xy, b: Xy) -> Xy {
-    (a.0 - b.0, a.1 - b.1)
-}
-
-pub fn plus(a: Xy, b: Xy, factor: f64) -> Xy {
-    (a.0 + b.0 * factor, a.1 + b.1 * factor)
-}
-
-pub fn dot(a: Xy, b: Xy) -> f64 {
-    a.0 * b.0 + a.1 * b.1
-}
-
-pub fn cross(a: Xy, b: Xy) -> f64 {
-    a.0 * b.1 - a.1 * b.0
-}
-
-pub fn norm(a: Xy) -> f64 {
-    hypot(a.0, a.1)
-}
-
-pub fn unit(a: Xy) -> Xy {
-    let length = norm(a);
-    if length > 0.0 { (a.0 / length, a.1 / length) } else { (0.0, 0.0) }
-}
-
-/// The vector turned by −90°: to the right of its direction.
-pub fn right_of(a: Xy) -> Xy {
-    (a.1, -a.0)
-}
-
-/// The vector turned by 90°: to the left of its direction.
-pub fn left_of(a: Xy) -> Xy {
-    (-a.1, a.0)
-}
+use crate::curve::Curve;
+use crate::vec2::Vec2;
 
 /// A directed line or arc.
 #[derive(Clone, Copy, Debug)]
 pub enum PlaneCurve {
-    Line { from: Xy, to: Xy },
+    Line { from: Vec2, to: Vec2 },
     Arc(ArcView),
 }
 
@@ -57,11 +20,11 @@ const CUSP: f64 = 0.999_99;
 impl PlaneCurve {
     pub fn of(curve: &Curve) -> Self {
         match curve {
-            Curve::Line(segment) => Self::Line { from: xy(segment.from), to: xy(segment.to) },
+            Curve::Line(segment) => Self::Line { from: Vec2::from(segment.from), to: Vec2::from(segment.to) },
             // Offsets must join much better than to a unit.
             Curve::Arc(arc) => {
-                let (from, to) = (xy(arc.from()), xy(arc.to()));
-                let centre = onto_bisector(xy(arc.centre()), from, to);
+                let (from, to) = (Vec2::from(arc.from()), Vec2::from(arc.to()));
+                let centre = onto_bisector(Vec2::from(arc.centre()), from, to);
                 Self::Arc(ArcView::between(from, to, centre, arc.turn()))
             }
         }
@@ -76,23 +39,23 @@ impl PlaneCurve {
 
     pub fn length(&self) -> f64 {
         match *self {
-            Self::Line { from, to } => norm(minus(to, from)),
+            Self::Line { from, to } => to.distance(from),
             Self::Arc(arc) => arc.length(),
         }
     }
 
     /// The point at `t` in [0, 1].
-    pub fn at(&self, t: f64) -> Xy {
+    pub fn at(&self, t: f64) -> Vec2 {
         match *self {
-            Self::Line { from, to } => plus(from, minus(to, from), t),
+            Self::Line { from, to } => from + (to - from) * t,
             Self::Arc(arc) => arc.at(t),
         }
     }
 
     /// The unit direction of travel at `t`.
-    pub fn direction(&self, t: f64) -> Xy {
+    pub fn direction(&self, t: f64) -> Vec2 {
         match *self {
-            Self::Line { from, to } => unit(minus(to, from)),
+            Self::Line { from, to } => (to - from).unit(),
             Self::Arc(arc) => arc.direction(t),
         }
     }
@@ -101,8 +64,8 @@ impl PlaneCurve {
     pub fn offset_right(&self, d: f64) -> Option<Self> {
         match *self {
             Self::Line { from, to } => {
-                let normal = right_of(unit(minus(to, from)));
-                Some(Self::Line { from: plus(from, normal, d), to: plus(to, normal, d) })
+                let normal = (to - from).unit().right();
+                Some(Self::Line { from: from + normal * d, to: to + normal * d })
             }
             Self::Arc(arc) => {
                 let beside = arc.offset_right(d);
@@ -117,14 +80,14 @@ impl PlaneCurve {
         let away = 0.25 * self.length().min(next.length());
         let before = self.at(1.0 - away / self.length());
         let after = next.at(away / next.length());
-        cross(self.direction(1.0), minus(after, before)) > 0.0
+        self.direction(1.0).cross(after - before) > 0.0
     }
 
     /// The arc of radius `d` around the corner from this shape to the next, if the corner is convex on the
     /// right.
     pub fn corner_right(&self, next: &Self, d: f64) -> Option<Self> {
         let (incoming, outgoing) = (self.direction(1.0), next.direction(0.0));
-        let (sine, cosine) = (cross(incoming, outgoing), dot(incoming, outgoing));
+        let (sine, cosine) = (incoming.cross(outgoing), incoming.dot(outgoing));
         // At a cusp the directions cannot distinguish a spike of material from a notch of zero width. Points
         // a little away on both shapes can.
         let cusp = cosine < -CUSP;
@@ -133,8 +96,8 @@ impl PlaneCurve {
             return None;
         }
         let turned = if cusp { core::f64::consts::PI } else { atan2(sine, cosine) };
-        let normal = right_of(incoming);
-        let start = atan2(normal.1, normal.0);
+        let normal = incoming.right();
+        let start = atan2(normal.y, normal.x);
         let arc = ArcView { centre: self.at(1.0), radius: d, start, sweep: turned };
         (turned * d > 1.0).then_some(Self::Arc(arc))
     }
@@ -147,18 +110,12 @@ impl PlaneCurve {
     }
 
     /// The distance from `p`.
-    pub fn distance(&self, p: Xy) -> f64 {
+    pub fn distance(&self, p: Vec2) -> f64 {
         match *self {
-            Self::Line { from, to } => {
-                let d = minus(to, from);
-                let length_2 = dot(d, d);
-                let t =
-                    if length_2 > 0.0 { (dot(minus(p, from), d) / length_2).clamp(0.0, 1.0) } else { 0.0 };
-                norm(minus(p, plus(from, d, t)))
-            }
+            Self::Line { from, to } => p.distance(p.nearest_on(from, to)),
             Self::Arc(arc) => match arc.share_beside(p) {
-                Some(_) => (norm(minus(p, arc.centre)) - arc.radius).abs(),
-                None => norm(minus(p, arc.at(0.0))).min(norm(minus(p, arc.at(1.0)))),
+                Some(_) => (p.distance(arc.centre) - arc.radius).abs(),
+                None => p.distance(arc.at(0.0)).min(p.distance(arc.at(1.0))),
             },
         }
     }
@@ -168,12 +125,8 @@ impl PlaneCurve {
     pub fn meetings(&self, other: &Self, tolerance: f64) -> [Option<f64>; 2] {
         let points = match (self.carrier(), other.carrier()) {
             (Carrier::Line(p, d), Carrier::Line(q, e)) => {
-                let m = cross(d, e);
-                if m.abs() > 1e-12 {
-                    [Some(plus(p, d, cross(minus(q, p), e) / m)), None]
-                } else {
-                    [None, None]
-                }
+                let m = d.cross(e);
+                if m.abs() > 1e-12 { [Some(p + d * ((q - p).cross(e) / m)), None] } else { [None, None] }
             }
             (Carrier::Line(p, d), Carrier::Circle(c, r)) | (Carrier::Circle(c, r), Carrier::Line(p, d)) => {
                 line_circle(p, d, c, r)
@@ -186,11 +139,11 @@ impl PlaneCurve {
         })
     }
 
-    fn parameter(&self, p: Xy) -> Option<f64> {
+    fn parameter(&self, p: Vec2) -> Option<f64> {
         match *self {
             Self::Line { from, to } => {
-                let d = minus(to, from);
-                let t = dot(minus(p, from), d) / dot(d, d);
+                let d = to - from;
+                let t = (p - from).dot(d) / d.dot(d);
                 (0.0..=1.0).contains(&t).then_some(t)
             }
             Self::Arc(arc) => arc.share_beside(p),
@@ -199,15 +152,15 @@ impl PlaneCurve {
 
     fn carrier(&self) -> Carrier {
         match *self {
-            Self::Line { from, to } => Carrier::Line(from, unit(minus(to, from))),
+            Self::Line { from, to } => Carrier::Line(from, (to - from).unit()),
             Self::Arc(arc) => Carrier::Circle(arc.centre, arc.radius),
         }
     }
 
     /// The contribution to twice the signed area about `origin`.
-    pub fn double_area(&self, origin: Xy) -> f64 {
-        let (a, b) = (minus(self.at(0.0), origin), minus(self.at(1.0), origin));
-        let chord = cross(a, b);
+    pub fn double_area(&self, origin: Vec2) -> f64 {
+        let (a, b) = (self.at(0.0) - origin, self.at(1.0) - origin);
+        let chord = a.cross(b);
         match *self {
             Self::Line { .. } => chord,
             Self::Arc(arc) => chord + arc.double_segment_area(),
@@ -216,38 +169,38 @@ impl PlaneCurve {
 }
 
 enum Carrier {
-    Line(Xy, Xy),
-    Circle(Xy, f64),
+    Line(Vec2, Vec2),
+    Circle(Vec2, f64),
 }
 
-fn line_circle(p: Xy, d: Xy, centre: Xy, radius: f64) -> [Option<Xy>; 2] {
-    let w = minus(p, centre);
-    let along = -dot(w, d);
-    let off = cross(d, w);
+fn line_circle(p: Vec2, d: Vec2, centre: Vec2, radius: f64) -> [Option<Vec2>; 2] {
+    let w = p - centre;
+    let along = -w.dot(d);
+    let off = d.cross(w);
     let half_2 = radius * radius - off * off;
     if half_2 < 0.0 {
         // A near miss of a tangent still divides the curve there.
         let miss = off.abs() - radius;
-        return [(miss < 1.0).then(|| plus(p, d, along)), None];
+        return [(miss < 1.0).then(|| p + d * along), None];
     }
     let half = sqrt(half_2);
-    [Some(plus(p, d, along - half)), Some(plus(p, d, along + half))]
+    [Some(p + d * (along - half)), Some(p + d * (along + half))]
 }
 
-fn circle_circle(c: Xy, r: f64, o: Xy, s: f64) -> [Option<Xy>; 2] {
-    let w = minus(o, c);
-    let d = norm(w);
+fn circle_circle(c: Vec2, r: f64, o: Vec2, s: f64) -> [Option<Vec2>; 2] {
+    let w = o - c;
+    let d = w.length();
     if d < 1e-9 {
         return [None, None];
     }
     let along = (d * d + r * r - s * s) / (2.0 * d);
     let half_2 = r * r - along * along;
-    let axis = (w.0 / d, w.1 / d);
+    let axis = w / d;
     if half_2 < 0.0 {
         let miss = (d - r - s).max((r - s).abs() - d);
-        return [(miss < 1.0).then(|| plus(c, axis, r.min(along))), None];
+        return [(miss < 1.0).then(|| c + axis * r.min(along)), None];
     }
     let half = sqrt(half_2);
-    let foot = plus(c, axis, along);
-    [Some(plus(foot, right_of(axis), half)), Some(plus(foot, right_of(axis), -half))]
+    let foot = c + axis * along;
+    [Some(foot + axis.right() * half), Some(foot - axis.right() * half)]
 }

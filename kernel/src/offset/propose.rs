@@ -14,6 +14,7 @@ use crate::exact::lattice::{COORD_MAX, Length};
 use crate::exact::segment::{Segment, Window};
 use crate::index::check::{CheckedIndex, Node, Search};
 use crate::index::{Edge, build};
+use crate::vec2::Vec2;
 
 /// A closed chain of curves, with its free side.
 #[derive(Clone, Debug)]
@@ -56,7 +57,7 @@ pub struct Offset {
     pub residual_area: f64,
     /// Ends without a continuation, in lattice units. It has an entry at the origin if an edge lies off the
     /// lattice. Do not use the proposal unless this is empty.
-    pub loose_ends: Vec<(f64, f64)>,
+    pub loose_ends: Vec<Vec2>,
 }
 
 /// An edge covers the points that are nearer to it than `d − COVER` (lattice units).
@@ -88,7 +89,7 @@ pub fn propose(outlines: &[Outline], d: f64) -> Offset {
     let mut offset =
         Offset { profile_length: edges.iter().map(PlaneCurve::length).sum(), ..Offset::default() };
     let Some(index) = EdgeIndex::of(&edges) else {
-        offset.loose_ends.push((0.0, 0.0));
+        offset.loose_ends.push(Vec2::ZERO);
         return offset;
     };
     let mut cutter =
@@ -98,7 +99,7 @@ pub fn propose(outlines: &[Outline], d: f64) -> Offset {
         cutter.cut_chain(outline, chain, &mut kept);
     }
     offset.touched_length = kept.iter().filter_map(|piece| piece.touched).map(|edge| edge.length()).sum();
-    let part_area: f64 = edges.iter().map(|edge| edge.double_area((0.0, 0.0)) / 2.0).sum();
+    let part_area: f64 = edges.iter().map(|edge| edge.double_area(Vec2::ZERO) / 2.0).sum();
     stitch(&kept, d, part_area, &mut offset);
     offset
 }
@@ -128,10 +129,7 @@ impl EdgeIndex {
 /// Appends the chords of an edge. Each chord error bounds the distance between the chord and its part of the
 /// edge. Returns `None` if a point lies off the lattice.
 fn push_chords(edge: &PlaneCurve, chords: &mut Vec<Edge>) -> Option<()> {
-    let point = |t: f64| {
-        let (x, y) = edge.at(t);
-        curve::nearest_point(x, y).ok()
-    };
+    let point = |t: f64| curve::nearest_point(edge.at(t)).ok();
     let (count, sagitta) = match *edge {
         PlaneCurve::Line { .. } => (1.0, 0.0),
         PlaneCurve::Arc(arc) => {
@@ -203,8 +201,7 @@ impl Cutter<'_> {
         // Many edges are near. Subtract the nearest ones before the full search.
         for _ in 0..NEAREST {
             let Some(&(p, q)) = self.open.first() else { return };
-            let (x, y) = track.at(f64::midpoint(p, q));
-            let Ok(middle) = curve::nearest_point(x, y) else { break };
+            let Ok(middle) = curve::nearest_point(track.at(f64::midpoint(p, q))) else { break };
             self.hint = self.index.index.nearest(middle, self.hint).map(|nearest| nearest.edge);
             let owner = self.hint.and_then(|hint| self.index.owners.get(hint));
             if !owner.is_some_and(|&owner| self.subtract(&track, owner as usize)) {

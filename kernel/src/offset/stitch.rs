@@ -6,11 +6,12 @@ use alloc::vec::Vec;
 
 use libm::{atan2, sqrt};
 
-use super::plane::{PlaneCurve, Xy, cross, dot, minus, norm, plus, right_of};
+use super::plane::PlaneCurve;
 use super::propose::{COVER, Offset, OffsetLoop};
 use crate::arc_view::ArcView;
 use crate::curve::{self, Curve};
 use crate::exact::segment::Segment;
+use crate::vec2::Vec2;
 
 /// Smallest width of a joint: nearer ends belong together (lattice units, 0.3 µm). See [`joint_width`].
 const JOINT: f64 = 30.0;
@@ -89,7 +90,7 @@ fn close_wide(kept: &[Kept], mut open: Vec<Vec<usize>>, offset: &mut Offset) -> 
     for (i, chain) in open.iter().enumerate() {
         let Some(end) = end(chain) else { continue };
         starts.near(end, |j, start| {
-            let gap = norm(minus(start, end));
+            let gap = start.distance(end);
             if gap <= WIDE_JOINT {
                 pairs.push((gap, i, j));
             }
@@ -122,15 +123,15 @@ fn close_wide(kept: &[Kept], mut open: Vec<Vec<usize>>, offset: &mut Offset) -> 
 
 /// The continuation at `end`: the nearest unused start within a joint, or the loop's own start if that is
 /// nearer.
-fn continuation(starts: &Starts, used: &[bool], end: Xy, begin: Option<Xy>, joint: f64) -> Next {
+fn continuation(starts: &Starts, used: &[bool], end: Vec2, begin: Option<Vec2>, joint: f64) -> Next {
     let mut best = (joint, Next::Nothing);
     starts.near(end, |candidate, start| {
-        let gap = norm(minus(start, end));
+        let gap = start.distance(end);
         if !used[candidate] && gap < best.0 {
             best = (gap, Next::Piece(candidate));
         }
     });
-    match begin.map(|begin| norm(minus(begin, end))) {
+    match begin.map(|begin| begin.distance(end)) {
         Some(gap) if gap <= best.0 => Next::Close,
         _ => best.1,
     }
@@ -146,14 +147,14 @@ fn cut_area_of(kept: &[Kept], chain: &[usize], d: f64) -> f64 {
         let next = &kept[chain[(k + 1) % chain.len()]].shape;
         let joint = kept[index].shape.at(1.0);
         let (incoming, outgoing) = (kept[index].shape.direction(1.0), next.direction(0.0));
-        let turned = atan2(cross(incoming, outgoing), dot(incoming, outgoing));
+        let turned = atan2(incoming.cross(outgoing), incoming.dot(outgoing));
         if turned < 0.0 {
-            let toward_part = right_of(incoming);
-            let start = atan2(-toward_part.1, -toward_part.0);
+            let toward_part = incoming.right();
+            let start = atan2(-toward_part.y, -toward_part.x);
             contour.push(PlaneCurve::Arc(ArcView { centre: joint, radius: d, start, sweep: turned }));
         }
     }
-    let origin = contour.first().map_or((0.0, 0.0), |shape| shape.at(0.0));
+    let origin = contour.first().map_or(Vec2::ZERO, |shape| shape.at(0.0));
     contour.iter().map(|shape| shape.double_area(origin) / 2.0).sum()
 }
 
@@ -162,8 +163,8 @@ fn cut_area_of(kept: &[Kept], chain: &[usize], d: f64) -> f64 {
 fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
     let joint = |k: usize| {
         let (before, after) = (&kept[chain[k % chain.len()]], &kept[chain[(k + 1) % chain.len()]]);
-        let middle = plus(before.shape.at(1.0), minus(after.shape.at(0.0), before.shape.at(1.0)), 0.5);
-        curve::nearest_point(middle.0, middle.1)
+        let (end, start) = (before.shape.at(1.0), after.shape.at(0.0));
+        curve::nearest_point(end + (start - end) * 0.5)
     };
     let mut curves = Vec::new();
     let mut outlines: BTreeMap<usize, f64> = BTreeMap::new();
@@ -200,11 +201,11 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
 struct Starts {
     width: f64,
     /// Column and row of the cell, number of the piece, its start; ascending.
-    cells: Vec<((i64, i64), usize, Xy)>,
+    cells: Vec<((i64, i64), usize, Vec2)>,
 }
 
 impl Starts {
-    fn of(starts: impl Iterator<Item = Xy>, width: f64) -> Self {
+    fn of(starts: impl Iterator<Item = Vec2>, width: f64) -> Self {
         let mut cells: Vec<_> =
             starts.enumerate().map(|(number, at)| (cell(at, width), number, at)).collect();
         cells.sort_unstable_by_key(|&(cell, number, _)| (cell, number));
@@ -212,7 +213,7 @@ impl Starts {
     }
 
     /// Calls `visit` with every piece that starts within a width of `at`. It may pass other pieces too.
-    fn near(&self, at: Xy, mut visit: impl FnMut(usize, Xy)) {
+    fn near(&self, at: Vec2, mut visit: impl FnMut(usize, Vec2)) {
         let (column, row) = cell(at, self.width);
         for column in column - 1..=column + 1 {
             let first = self.cells.partition_point(|&(cell, ..)| cell < (column, row - 1));
@@ -222,6 +223,6 @@ impl Starts {
     }
 }
 
-fn cell((x, y): Xy, width: f64) -> (i64, i64) {
+fn cell(Vec2 { x, y }: Vec2, width: f64) -> (i64, i64) {
     (curve::round_down(x / width), curve::round_down(y / width))
 }

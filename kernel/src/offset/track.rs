@@ -7,8 +7,9 @@ use core::f64::consts::{PI, TAU};
 
 use libm::{acos, atan2, cos, sin, sqrt};
 
-use super::plane::{PlaneCurve, Xy, cross, dot, left_of, minus, norm, plus};
+use super::plane::PlaneCurve;
 use crate::arc_view::ArcView;
+use crate::vec2::Vec2;
 
 /// Largest radius of a bend (lattice units, 0.1 m). Above it the track uses angles, because 1 − cos θ is too
 /// inaccurate for their small values.
@@ -18,21 +19,21 @@ const FLAT: f64 = 1e7;
 #[derive(Clone, Copy, Debug)]
 pub enum Track {
     Straight {
-        from: Xy,
-        along: Xy,
+        from: Vec2,
+        along: Vec2,
         length: f64,
     },
     /// The arc, and the unit vector from its centre to its start.
-    Bend(ArcView, Xy),
+    Bend(ArcView, Vec2),
     General(PlaneCurve),
 }
 
 /// A straight edge, with its unit direction and its length.
 #[derive(Clone, Copy, Debug)]
 pub struct StraightWall {
-    pub from: Xy,
-    pub to: Xy,
-    pub along: Xy,
+    pub from: Vec2,
+    pub to: Vec2,
+    pub along: Vec2,
     pub length: f64,
 }
 
@@ -40,9 +41,9 @@ impl StraightWall {
     pub fn of(shape: &PlaneCurve) -> Option<Self> {
         match *shape {
             PlaneCurve::Line { from, to } => {
-                let d = minus(to, from);
-                let length = sqrt(dot(d, d));
-                (length > 0.0).then(|| Self { from, to, along: (d.0 / length, d.1 / length), length })
+                let d = to - from;
+                let length = sqrt(d.dot(d));
+                (length > 0.0).then(|| Self { from, to, along: d / length, length })
             }
             PlaneCurve::Arc(_) => None,
         }
@@ -50,10 +51,10 @@ impl StraightWall {
 }
 
 impl StraightWall {
-    fn distance(&self, p: Xy) -> f64 {
-        let w = minus(p, self.from);
-        let foot = dot(w, self.along).clamp(0.0, self.length);
-        norm(minus(w, (self.along.0 * foot, self.along.1 * foot)))
+    fn distance(&self, p: Vec2) -> f64 {
+        let w = p - self.from;
+        let foot = w.dot(self.along).clamp(0.0, self.length);
+        w.distance(self.along * foot)
     }
 }
 
@@ -61,12 +62,12 @@ impl Track {
     pub fn of(shape: &PlaneCurve) -> Self {
         match *shape {
             PlaneCurve::Line { from, to } => {
-                let d = minus(to, from);
-                let length = sqrt(dot(d, d)).max(f64::MIN_POSITIVE);
-                Self::Straight { from, along: (d.0 / length, d.1 / length), length }
+                let d = to - from;
+                let length = sqrt(d.dot(d)).max(f64::MIN_POSITIVE);
+                Self::Straight { from, along: d / length, length }
             }
             PlaneCurve::Arc(arc) if arc.sweep.abs() < 0.99 * PI && arc.radius < FLAT => {
-                Self::Bend(arc, (cos(arc.start), sin(arc.start)))
+                Self::Bend(arc, Vec2::new(cos(arc.start), sin(arc.start)))
             }
             PlaneCurve::Arc(_) => Self::General(*shape),
         }
@@ -82,14 +83,12 @@ impl Track {
     }
 
     /// The point at a parameter.
-    pub fn at(&self, p: f64) -> Xy {
+    pub fn at(&self, p: f64) -> Vec2 {
         match *self {
-            Self::Straight { from, along, .. } => plus(from, along, p),
+            Self::Straight { from, along, .. } => from + along * p,
             Self::Bend(arc, start) => {
                 let (turn, (c, s)) = (arc.sign(), (1.0 - p, sqrt((p * (2.0 - p)).max(0.0))));
-                let across = left_of(start);
-                let u = (start.0 * c + across.0 * s * turn, start.1 * c + across.1 * s * turn);
-                plus(arc.centre, u, arc.radius)
+                arc.centre + (start * c + start.left() * s * turn) * arc.radius
             }
             Self::General(shape) => shape.at(p),
         }
@@ -116,7 +115,7 @@ impl Track {
     pub fn length_between(&self, p: f64, q: f64) -> f64 {
         match *self {
             Self::Straight { .. } => q - p,
-            Self::Bend(..) => norm(minus(self.at(q), self.at(p))),
+            Self::Bend(..) => self.at(q).distance(self.at(p)),
             Self::General(shape) => (q - p) * shape.length(),
         }
     }
@@ -127,13 +126,13 @@ impl Track {
         let bulge = match *self {
             Self::Straight { .. } => 0.0,
             // The sagitta of less than half a circle is at most half its chord.
-            Self::Bend(..) => norm(minus(b, a)) / 2.0,
+            Self::Bend(..) => b.distance(a) / 2.0,
             Self::General(shape) => match shape {
                 PlaneCurve::Arc(arc) => 2.0 * arc.radius,
                 PlaneCurve::Line { .. } => 0.0,
             },
         };
-        (a.0.min(b.0) - bulge, a.1.min(b.1) - bulge, a.0.max(b.0) + bulge, a.1.max(b.1) + bulge)
+        (a.x.min(b.x) - bulge, a.y.min(b.y) - bulge, a.x.max(b.x) + bulge, a.y.max(b.y) + bulge)
     }
 
     /// Calls `covered` with the intervals of parameters whose points are within `r` of the straight edge.
@@ -153,7 +152,7 @@ impl Track {
                     }
                     return;
                 };
-                let parameter = |u: Xy| bend_parameter(start, arc.sign(), u);
+                let parameter = |u: Vec2| bend_parameter(start, arc.sign(), u);
                 let (low, high) = (parameter(entry), parameter(exit));
                 let (low, high) = if arc.sweep > 0.0 { (low, high) } else { (high, low) };
                 if low <= high {
@@ -208,26 +207,24 @@ impl Track {
 
     fn shape(&self) -> PlaneCurve {
         match *self {
-            Self::Straight { from, along, length } => {
-                PlaneCurve::Line { from, to: plus(from, along, length) }
-            }
-            Self::Bend(arc, start) => PlaneCurve::Arc(ArcView { start: atan2(start.1, start.0), ..arc }),
+            Self::Straight { from, along, length } => PlaneCurve::Line { from, to: from + along * length },
+            Self::Bend(arc, start) => PlaneCurve::Arc(ArcView { start: atan2(start.y, start.x), ..arc }),
             Self::General(shape) => shape,
         }
     }
 }
 
 /// 1 − cos θ of a direction from a bend's centre. It is negative for directions before the start.
-fn bend_parameter(start: Xy, turn: f64, u: Xy) -> f64 {
-    let forward = cross(start, u) * turn >= 0.0;
-    let p = 1.0 - dot(start, u);
+fn bend_parameter(start: Vec2, turn: f64, u: Vec2) -> f64 {
+    let forward = start.cross(u) * turn >= 0.0;
+    let p = 1.0 - start.dot(u);
     if forward { p } else { -p }
 }
 
 /// The interval of parameters at which a line is in the capsule of radius `r` around the wall. The capsule is
 /// convex.
 #[inline]
-fn straight_in_capsule(from: Xy, along: Xy, wall: &StraightWall, r: f64) -> Option<(f64, f64)> {
+fn straight_in_capsule(from: Vec2, along: Vec2, wall: &StraightWall, r: f64) -> Option<(f64, f64)> {
     let mut low = f64::INFINITY;
     let mut high = f64::NEG_INFINITY;
     let mut add = |a: f64, b: f64| {
@@ -235,8 +232,8 @@ fn straight_in_capsule(from: Xy, along: Xy, wall: &StraightWall, r: f64) -> Opti
         high = high.max(b);
     };
     for end in [wall.from, wall.to] {
-        let w = minus(end, from);
-        let (near, off) = (dot(w, along), cross(along, w));
+        let w = end - from;
+        let (near, off) = (w.dot(along), along.cross(w));
         let half_2 = r * r - off * off;
         if half_2 > 0.0 {
             let half = sqrt(half_2);
@@ -244,9 +241,9 @@ fn straight_in_capsule(from: Xy, along: Xy, wall: &StraightWall, r: f64) -> Opti
         }
     }
     // Beside the wall: |off| < r and the foot is within the wall. Both are linear in the parameter.
-    let w = minus(from, wall.from);
-    let (off, off_rate) = (cross(wall.along, w), cross(wall.along, along));
-    let (foot, foot_rate) = (dot(wall.along, w), dot(wall.along, along));
+    let w = from - wall.from;
+    let (off, off_rate) = (wall.along.cross(w), wall.along.cross(along));
+    let (foot, foot_rate) = (wall.along.dot(w), wall.along.dot(along));
     let (a, b) = linear_within(off, off_rate, -r, r);
     let (c, d) = linear_within(foot, foot_rate, 0.0, wall.length);
     let (a, b) = (a.max(c), b.min(d));
@@ -274,9 +271,9 @@ fn linear_within(value: f64, rate: f64, low: f64, high: f64) -> (f64, f64) {
 /// with one disc have boundaries that cross at most twice. Returns `None` when the circle is wholly outside
 /// or inside, or its contact is too short to decide.
 #[inline]
-fn circle_in_capsule(centre: Xy, radius: f64, wall: &StraightWall, r: f64) -> Option<(Xy, Xy)> {
-    let w = minus(centre, wall.from);
-    let (foot, off) = (dot(wall.along, w), cross(wall.along, w));
+fn circle_in_capsule(centre: Vec2, radius: f64, wall: &StraightWall, r: f64) -> Option<(Vec2, Vec2)> {
+    let w = centre - wall.from;
+    let (foot, off) = (wall.along.dot(w), wall.along.cross(w));
     let beyond = (-foot).max(foot - wall.length).max(0.0);
     if beyond * beyond + off * off >= (radius + r) * (radius + r) {
         return None;
@@ -285,13 +282,13 @@ fn circle_in_capsule(centre: Xy, radius: f64, wall: &StraightWall, r: f64) -> Op
     // In the wall's frame x runs along it and y to its left. The centre is at (foot, off). A direction u
     // meets the boundary at P = centre + radius · u. It enters when the counter-clockwise tangent points
     // against the outward normal there.
-    let mut consider = |u: Xy, normal: Xy| {
-        let tangent = left_of(u);
-        *(if dot(tangent, normal) < 0.0 { &mut entry } else { &mut exit }) = Some(u);
+    let mut consider = |u: Vec2, normal: Vec2| {
+        let tangent = u.left();
+        *(if tangent.dot(normal) < 0.0 { &mut entry } else { &mut exit }) = Some(u);
     };
     for (x, ahead) in [(0.0, -1.0), (wall.length, 1.0)] {
-        let to = (x - foot, -off);
-        let distance_2 = dot(to, to);
+        let to = Vec2::new(x - foot, -off);
+        let distance_2 = to.dot(to);
         if distance_2 < 1e-6 {
             continue;
         }
@@ -303,9 +300,9 @@ fn circle_in_capsule(centre: Xy, radius: f64, wall: &StraightWall, r: f64) -> Op
         }
         let q = sqrt(rest);
         for sign in [-1.0, 1.0] {
-            let u = ((to.0 * k - to.1 * q * sign) / distance_2, (to.1 * k + to.0 * q * sign) / distance_2);
-            let from_end = (radius * u.0 - to.0, radius * u.1 - to.1);
-            if from_end.0 * ahead >= 0.0 {
+            let u = (to * k + to.left() * q * sign) / distance_2;
+            let from_end = u * radius - to;
+            if from_end.x * ahead >= 0.0 {
                 consider(u, from_end);
             }
         }
@@ -314,16 +311,13 @@ fn circle_in_capsule(centre: Xy, radius: f64, wall: &StraightWall, r: f64) -> Op
         let y = (side - off) / radius;
         if y.abs() < 1.0 {
             let x = sqrt(1.0 - y * y);
-            for u in [(x, y), (-x, y)] {
-                if (0.0..=wall.length).contains(&(foot + radius * u.0)) {
-                    consider(u, (0.0, side));
+            for u in [Vec2::new(x, y), Vec2::new(-x, y)] {
+                if (0.0..=wall.length).contains(&(foot + radius * u.x)) {
+                    consider(u, Vec2::new(0.0, side));
                 }
             }
         }
     }
-    let turned = |u: Xy| {
-        let across = left_of(wall.along);
-        (wall.along.0 * u.0 + across.0 * u.1, wall.along.1 * u.0 + across.1 * u.1)
-    };
+    let turned = |u: Vec2| wall.along * u.x + wall.along.left() * u.y;
     Some((turned(entry?), turned(exit?)))
 }

@@ -3,10 +3,10 @@
 use keepout_kernel::{Curve, UNITS_PER_MM};
 
 use super::AlignmentError;
-use crate::Mm2;
 use crate::profile::{MachinedSide, Profile, ProfileError};
 use crate::select::ContourPolygon;
 use crate::units::point_mm;
+use crate::{Box2, Mm2};
 
 /// Straight edge of the part, drawing coordinates, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,8 +23,7 @@ pub struct StraightEdge {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartEdges {
     edges: Vec<StraightEdge>,
-    low_mm: Mm2,
-    high_mm: Mm2,
+    bounds: Box2,
 }
 
 /// Least length of an edge for probing, mm.
@@ -50,28 +49,26 @@ impl PartEdges {
             outline.curves.iter().filter_map(straight).collect::<Vec<_>>()
         };
         let edges = profile.outlines(&region).iter().flat_map(lines).collect();
-        let boxes: Vec<_> = profile.loops.iter().map(|each| ContourPolygon::of(each).bounds).collect();
-        let low_mm = boxes.iter().fold(Mm2::new(f64::MAX, f64::MAX), |low, each| low.min(each.0));
-        let high_mm = boxes.iter().fold(Mm2::new(f64::MIN, f64::MIN), |high, each| high.max(each.1));
-        Ok(Self { edges, low_mm, high_mm })
+        let boxes = profile.loops.iter().map(|each| ContourPolygon::of(each).bounds);
+        Ok(Self { edges, bounds: boxes.reduce(Box2::union).unwrap_or_default() })
     }
 
     /// Diagonal of its box, mm.
     #[must_use]
     pub fn size_mm(&self) -> f64 {
-        self.low_mm.distance(self.high_mm)
+        self.bounds.size().length()
     }
 
     /// Middle of its box, mm.
     #[must_use]
     pub fn middle_mm(&self) -> Mm2 {
-        self.low_mm.midpoint(self.high_mm)
+        self.bounds.middle()
     }
 
     /// Corners of its box, mm.
     #[must_use]
     pub fn corners_mm(&self) -> [Mm2; 4] {
-        let (low, high) = (self.low_mm, self.high_mm);
+        let Box2 { low, high } = self.bounds;
         [low, Mm2::new(high.x, low.y), high, Mm2::new(low.x, high.y)]
     }
 

@@ -4,9 +4,9 @@ use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
 
 use keepout_kernel::arc_view::onto_bisector;
-use keepout_kernel::curve::{fit_arc, half_circle_parts, nearest_unit, xy};
+use keepout_kernel::curve::{fit_arc, half_circle_parts, nearest_unit};
 use keepout_kernel::exact::bezier::Bezier;
-use keepout_kernel::{ArcView, Curve, Length, Point, Segment, Turn, UNITS_PER_MM, Vector};
+use keepout_kernel::{ArcView, Curve, Length, Point, Segment, Turn, UNITS_PER_MM, Vec2, Vector};
 
 use super::fit::{BezierFault, chain_along, on_lattice};
 use super::join::{Joiner, distance_mm};
@@ -75,7 +75,7 @@ pub(super) enum Bend {
     Straight,
     /// An arc of at most half a turn: its centre in lattice units, its direction of turn, and the vector from
     /// its start to its end as drawn.
-    Round((f64, f64), Turn, Vector),
+    Round(Vec2, Turn, Vector),
     Free(Box<Bezier>),
 }
 
@@ -92,9 +92,9 @@ impl Piece {
         match &self.bend {
             Bend::Straight => chord,
             Bend::Round(centre, turn, _) => {
-                let arc = ArcView::between(xy(self.from), xy(self.to), *centre, *turn);
+                let arc = ArcView::between(Vec2::from(self.from), Vec2::from(self.to), *centre, *turn);
                 // A repair may have joined both ends. Such an arc has no length.
-                arc.radius / f64::from(UNITS_PER_MM) * arc.angle_to(xy(self.to))
+                arc.radius / f64::from(UNITS_PER_MM) * arc.angle_to(Vec2::from(self.to))
             }
             Bend::Free(curve) => curve.control().windows(2).map(|pair| distance_mm(pair[0], pair[1])).sum(),
         }
@@ -155,10 +155,7 @@ fn lattice_pieces(
     zero: &mut Option<(Point, usize)>,
 ) -> Result<(), DrawingError> {
     let named = || Box::new(drawing.origins[origin as usize].clone());
-    let off = |source| {
-        let (low, high) = drawing.bounds();
-        DrawingError::OffLattice { origin: named(), source, low, high }
-    };
+    let off = |source| DrawingError::OffLattice { origin: named(), source, bounds: drawing.bounds() };
     let on_lattice_point = |p| point_from_mm(p).map_err(off);
     let free_bend = |raw: &RawBezier| {
         on_lattice(raw).map(|curve| Bend::Free(Box::new(curve))).map_err(|fault| match fault {
@@ -192,7 +189,7 @@ fn lattice_pieces(
             }
             let count = half_circle_parts(arc.sweep.abs());
             let scale = f64::from(UNITS_PER_MM);
-            let centre = (arc.centre.0 * scale, arc.centre.1 * scale);
+            let centre = arc.centre * scale;
             let mut begin = from;
             for k in 1..=count {
                 let end = if k == count { to } else { arc.at(f64::from(k) / f64::from(count)).into() };
@@ -218,7 +215,7 @@ fn key_of(piece: &Piece) -> Key {
     let bend = match &piece.bend {
         Bend::Straight => Vec::new(),
         // The same arc drawn in the other direction has the opposite turn.
-        Bend::Round((x, y), turn, _) => {
+        Bend::Round(Vec2 { x, y }, turn, _) => {
             vec![nearest_unit(*x), nearest_unit(*y), i64::from((*turn == Turn::CounterClockwise) == forwards)]
         }
         Bend::Free(curve) => {
@@ -374,7 +371,8 @@ fn edges_of(
         Bend::Straight => out.edges.push(exact(Curve::Line(Segment { from, to }))),
         Bend::Round(centre, turn, drawn) => {
             let turn = if backwards { turn.reversed() } else { *turn };
-            let Ok(arc) = fit_arc(from, to, onto_bisector(*centre, xy(from), xy(to)), turn) else {
+            let Ok(arc) = fit_arc(from, to, onto_bisector(*centre, Vec2::from(from), Vec2::from(to)), turn)
+            else {
                 return bad("its arc has a radius below 1 µm, or its ends do not lie on one circle");
             };
             // If a repair moved the ends past each other, the arc would cover the rest of the circle.

@@ -4,16 +4,13 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use keepout_kernel::curve::xy;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::{CheckedIndex, Edge, build};
-use keepout_kernel::{Length, Point, Segment};
+use keepout_kernel::{Length, Point, Segment, Vec2};
 
 use super::{Chained, JOIN_MM, Repair};
 use crate::profile::{ProfileLoop, corners};
 use crate::units::length_up_from_mm;
-
-type Xy = (f64, f64);
 
 /// Chord-error bound of the chords that replace arcs (1 µm).
 const CHORD_ERROR: Length = Length::small(100);
@@ -85,11 +82,11 @@ fn stay_near(one: &ProfileLoop, other: &ProfileLoop, reach: Length) -> bool {
 fn enclose_the_same(one: &[Point], other: &[Point], reach: Length) -> bool {
     let ends = |corners: &[Point]| {
         let to = corners.iter().cycle().skip(1).copied();
-        corners.iter().copied().zip(to).map(|(p, q)| (xy(p), xy(q))).collect::<Vec<_>>()
+        corners.iter().copied().zip(to).map(|(p, q)| (Vec2::from(p), Vec2::from(q))).collect::<Vec<_>>()
     };
     let (one, other) = (ends(one), ends(other));
-    let area = |ends: &[(Xy, Xy)]| ends.iter().map(|(p, q)| p.0 * q.1 - p.1 * q.0).sum::<f64>().abs() / 2.0;
-    let length = |ends: &[(Xy, Xy)]| ends.iter().map(|(p, q)| (q.0 - p.0).hypot(q.1 - p.1)).sum::<f64>();
+    let area = |ends: &[(Vec2, Vec2)]| ends.iter().map(|(p, q)| p.cross(*q)).sum::<f64>().abs() / 2.0;
+    let length = |ends: &[(Vec2, Vec2)]| ends.iter().map(|(p, q)| p.distance(*q)).sum::<f64>();
     let strip = 2.0 * f64::from(reach.units()) * length(&one).max(length(&other));
     (area(&one) - area(&other)).abs() <= strip
 }

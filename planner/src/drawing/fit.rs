@@ -1,11 +1,11 @@
 //! Replaces curves of changing curvature by lines and arcs, within a bound that the kernel checks exactly.
 
-use keepout_kernel::curve::{hypot, nearest_point, xy};
+use keepout_kernel::curve::nearest_point;
 use keepout_kernel::exact::bezier::{Bezier, Stray};
-use keepout_kernel::{Curve, Length, Point, Segment};
+use keepout_kernel::{Curve, Length, Point, Segment, Vec2};
 
 use super::RawBezier;
-use crate::chord::{Band, Chord, Xy};
+use crate::chord::{Band, Chord};
 use crate::units::point_from_mm;
 
 /// Default of the chord-error bound between a curve and the lines and arcs that replace it, mm.
@@ -97,7 +97,7 @@ impl Fitter {
             let w = (f64::from(u32::try_from(w >> 20).unwrap_or(u32::MAX)) * f64::from(1_u32 << 20)
                 + f64::from(u32::try_from(w & 0xf_ffff).unwrap_or(0)))
                 / largest;
-            let (x, y) = xy(p);
+            let Vec2 { x, y } = Vec2::from(p);
             [x * w, y * w, w]
         };
         let control = curve.control();
@@ -108,7 +108,7 @@ impl Fitter {
     }
 
     /// The point at `t`, by de Casteljau's algorithm.
-    fn at(&self, t: f64) -> Xy {
+    fn at(&self, t: f64) -> Vec2 {
         let mut rows = [[0.0; 3]; keepout_kernel::exact::bezier::DEGREE_MAX + 1];
         let count = self.rows.len();
         rows[..count].copy_from_slice(&self.rows);
@@ -119,7 +119,7 @@ impl Fitter {
             }
         }
         let [x, y, w] = rows[0];
-        (x / w, y / w)
+        Vec2::new(x / w, y / w)
     }
 
     /// The shortest chain that the search finds within the tolerance. Of chains with as many lines and arcs,
@@ -201,19 +201,17 @@ impl Fitter {
         if t >= 1.0 - STEP_MIN {
             return (1.0, self.ends.1);
         }
-        let (x, y) = self.at(t);
         // The point lies in the convex hull of lattice points, so it has a nearest lattice point.
-        (t, nearest_point(x, y).unwrap_or(self.ends.0))
+        (t, nearest_point(self.at(t)).unwrap_or(self.ends.0))
     }
 
     /// The line or arc for the stretch within the tolerance, or `None` if neither fits. The inner `None`
     /// stands for a stretch that is only a point.
     fn stretch(&self, from: Place, to: Place, tolerance: f64) -> Option<Option<Curve>> {
         let at = |k: u32| self.at(from.0 + (to.0 - from.0) * f64::from(k) / f64::from(SAMPLES));
-        let places: Vec<Xy> = (0..=SAMPLES).map(at).collect();
+        let places: Vec<Vec2> = (0..=SAMPLES).map(at).collect();
         // The direction of a stretch within the tolerance of its start does not matter.
-        let (x, y) = xy(from.1);
-        if places.iter().all(|p| hypot(p.0 - x, p.1 - y) <= tolerance) {
+        if places.iter().all(|place| place.distance(from.1.into()) <= tolerance) {
             return Some(line_between(from.1, to.1));
         }
         let band = Band { left: tolerance, right: tolerance };
@@ -233,7 +231,7 @@ mod tests {
 
     use super::*;
 
-    fn chain(points: &[Xy], weights: &[f64]) -> (Bezier, Vec<Curve>) {
+    fn chain(points: &[(f64, f64)], weights: &[f64]) -> (Bezier, Vec<Curve>) {
         let raw = RawBezier {
             points: points.iter().map(|&point| point.into()).collect(),
             weights: weights.to_vec(),
@@ -252,7 +250,8 @@ mod tests {
 
     #[test]
     fn chains_join_their_ends_and_turn_smoothly() {
-        let cases: [(&[Xy], &[f64]); 4] = [
+        type Control<'a> = (&'a [(f64, f64)], &'a [f64]);
+        let cases: [Control<'_>; 4] = [
             (&[(0.0, 0.0), (30.0, 0.0), (30.0, 20.0)], &[1.0, std::f64::consts::FRAC_1_SQRT_2, 1.0]),
             (&[(0.0, 0.0), (20.0, 30.0), (-10.0, 30.0), (25.0, -5.0)], &[1.0; 4]),
             (&[(0.0, 0.0), (0.0, 0.0), (10.0, 1.0), (10.0, 1.0)], &[1.0; 4]),
@@ -282,7 +281,7 @@ mod tests {
     /// Curves with a cusp or loops, with equal control points, or as short as the bound.
     #[test]
     fn degenerate_curves_have_chains() {
-        let cases: [&[Xy]; 7] = [
+        let cases: [&[(f64, f64)]; 7] = [
             &[(0.0, 0.0), (10.0, 10.0), (0.0, 10.0), (10.0, 0.0)],
             &[(0.0, 0.0), (30.0, 20.0), (-20.0, 20.0), (10.0, 0.0)],
             &[(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (5.0, 1.0)],

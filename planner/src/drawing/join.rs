@@ -4,10 +4,10 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::ops::ControlFlow;
 
-use keepout_kernel::curve::{nearest_unit, xy};
+use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::{CheckedIndex, Edge, build};
-use keepout_kernel::{Length, Point, Segment, UNITS_PER_MM};
+use keepout_kernel::{Length, Point, Segment, UNITS_PER_MM, Vec2};
 
 use super::chain::{Bend, End, Piece, remove};
 use super::{Origin, Problem, Repair};
@@ -289,8 +289,7 @@ impl EndIndex {
 }
 
 pub(super) fn distance(p: Point, q: Point) -> f64 {
-    let (a, b) = (xy(p), xy(q));
-    (a.0 - b.0).hypot(a.1 - b.1)
+    Vec2::from(p).distance(q.into())
 }
 
 pub(super) fn distance_mm(p: Point, q: Point) -> f64 {
@@ -313,7 +312,7 @@ impl Grid {
     }
 
     fn key(&self, p: Point) -> (i64, i64) {
-        let (x, y) = xy(p);
+        let Vec2 { x, y } = Vec2::from(p);
         let cell = |c: f64| keepout_kernel::curve::round_down(c / self.reach);
         (cell(x), cell(y))
     }

@@ -21,7 +21,7 @@ mod repair;
 mod spline;
 mod tags;
 
-use crate::Mm2;
+use crate::{Box2, Mm2};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -205,15 +205,13 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// Least and largest x and y of the curves' ends and control points, mm.
-    fn bounds(&self) -> (Mm2, Mm2) {
+    /// The box around the curves' ends and control points.
+    fn bounds(&self) -> Box2 {
         let points = self.curves.iter().flat_map(|curve| match curve {
             RawCurve::Bezier(bezier) => bezier.points.clone(),
             other => vec![other.from(), other.to()],
         });
-        points.fold((Mm2::new(f64::MAX, f64::MAX), Mm2::new(f64::MIN, f64::MIN)), |(low, high), p| {
-            (Mm2::new(low.x.min(p.x), low.y.min(p.y)), Mm2::new(high.x.max(p.x), high.y.max(p.y)))
-        })
+        Box2::around(points).unwrap_or_default()
     }
 }
 
@@ -247,16 +245,14 @@ pub enum DrawingError {
         origin: Box<Origin>,
     },
     /// A coordinate lies outside the lattice.
-    #[error("{origin}: {source}. {}", remedy(*low, *high))]
+    #[error("{origin}: {source}. {}", remedy(*bounds))]
     OffLattice {
         /// The entity.
         origin: Box<Origin>,
         /// The coordinate.
         source: LatticeError,
-        /// Least x and y of the drawing, mm.
-        low: Mm2,
-        /// Largest x and y of the drawing, mm.
-        high: Mm2,
+        /// The box around the drawing.
+        bounds: Box2,
     },
     /// A selected layer has no visible curves.
     #[error("layer \"{asked}\" has no visible curves. Layers with curves: {}.", list(present))]
@@ -306,9 +302,9 @@ fn problems_text(problems: &[Problem]) -> String {
 }
 
 /// The remedy for a drawing that leaves the lattice. A drawing that is small enough can be moved.
-fn remedy(low: Mm2, high: Mm2) -> String {
+fn remedy(bounds: Box2) -> String {
     const ROOM_MM: f64 = 5300.0;
-    let (width, height) = (high.x - low.x, high.y - low.y);
+    let (Box2 { low, high }, Mm2 { x: width, y: height }) = (bounds, bounds.size());
     if low.x.min(low.y) > -ROOM_MM && high.x.max(high.y) < ROOM_MM {
         "One of its arcs or curves reaches that far: repair it in the CAD system, or leave out its layer."
             .into()

@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use keepout_kernel::Point;
-use keepout_kernel::curve::xy;
+use keepout_kernel::{Point, Vec2};
 
 use super::Repair;
 use super::chain::{Bend, End, Piece, remove};
@@ -184,8 +183,8 @@ fn overlap(one: &Piece, other: &Piece) -> bool {
 }
 
 struct Line {
-    from: (f64, f64),
-    direction: (f64, f64),
+    from: Vec2,
+    direction: Vec2,
     length: f64,
 }
 
@@ -195,19 +194,17 @@ impl Line {
     }
 
     fn between(from: Point, to: Point) -> Self {
-        let (a, b) = (xy(from), xy(to));
-        let length = distance(from, to);
-        Self { from: a, direction: ((b.0 - a.0) / length, (b.1 - a.1) / length), length }
+        let (a, b) = (Vec2::from(from), Vec2::from(to));
+        let length = a.distance(b);
+        Self { from: a, direction: (b - a) / length, length }
     }
 
     fn along(&self, p: Point) -> f64 {
-        let (x, y) = xy(p);
-        (x - self.from.0) * self.direction.0 + (y - self.from.1) * self.direction.1
+        (Vec2::from(p) - self.from).dot(self.direction)
     }
 
     fn off(&self, p: Point) -> f64 {
-        let (x, y) = xy(p);
-        ((y - self.from.1) * self.direction.0 - (x - self.from.0) * self.direction.1).abs()
+        self.direction.cross(Vec2::from(p) - self.from).abs()
     }
 }
 

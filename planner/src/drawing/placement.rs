@@ -219,6 +219,7 @@ pub(super) fn unit(v: Vec3) -> Option<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use keepout_kernel::Vec2;
 
     const FLAT: Placement =
         Placement { axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], origin: [0.0; 3] };
@@ -235,7 +236,7 @@ mod tests {
             panic!("a bulge of one is an arc")
         };
         let centre = arc.centre;
-        assert!((centre.0 - 5.0).abs() < 1e-12 && centre.1.abs() < 1e-12 && (arc.radius - 5.0).abs() < 1e-12);
+        assert!((centre.x - 5.0).abs() < 1e-12 && centre.y.abs() < 1e-12 && (arc.radius - 5.0).abs() < 1e-12);
         assert!((arc.sweep - PI).abs() < 1e-12);
     }
 
@@ -245,7 +246,7 @@ mod tests {
         let RawCurve::Arc { arc, .. } = bulged([0.0; 3], [1.0, 1.0, 0.0], (PI / 8.0).tan()) else {
             panic!("an arc")
         };
-        assert!((arc.centre.0).abs() < 1e-12 && (arc.centre.1 - 1.0).abs() < 1e-12, "{arc:?}");
+        assert!((arc.centre.x).abs() < 1e-12 && (arc.centre.y - 1.0).abs() < 1e-12, "{arc:?}");
     }
 
     #[test]
@@ -266,7 +267,7 @@ mod tests {
         let mut out = Vec::new();
         placement.arc([5.0, 0.0, 0.0], ([2.0, 0.0, 0.0], [0.0, 2.0, 0.0]), 0.0, PI / 2.0, &mut out);
         let RawCurve::Arc { arc, from, to } = out[0] else { panic!("an arc") };
-        assert_eq!(arc.centre, (-5.0, 0.0));
+        assert_eq!(arc.centre, Vec2::new(-5.0, 0.0));
         assert!((from.x + 7.0).abs() < 1e-12 && (to.y - 2.0).abs() < 1e-12 && arc.sweep < 0.0);
     }
 

@@ -3,7 +3,7 @@
 use keepout_kernel::curve::fit_arc;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::certify_path;
-use keepout_kernel::{Curve, FreePoint, Point, Segment, UNITS_PER_MM};
+use keepout_kernel::{Curve, FreePoint, Point, Segment, UNITS_PER_MM, Vec2};
 
 use super::progress::RemainingContour;
 use super::track::{Entry, Joint, Track, length_mm};
@@ -214,9 +214,9 @@ impl Cutter<'_> {
 }
 
 /// Centre of a quarter circle that touches the track on the tool's side, lattice units.
-fn centre(at: &Joint, radius_mm: f64) -> Option<(f64, f64)> {
+fn centre(at: &Joint, radius_mm: f64) -> Option<Vec2> {
     let Mm2 { x, y } = point_mm(at.entry.aside(0.0, radius_mm)?);
-    Some((x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM)))
+    Some(Vec2::new(x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM)))
 }
 
 fn line_between(from: Point, to: Point) -> Option<Curve> {

@@ -1,6 +1,6 @@
 //! A finishing loop in the direction of the cut, and places on it.
 
-use keepout_kernel::curve::xy;
+use keepout_kernel::Vec2;
 use keepout_kernel::{Curve, Point, Segment, Turn, UNITS_PER_MM};
 
 use crate::Mm2;
@@ -213,6 +213,6 @@ pub(super) fn between(curve: &Curve, from: Point, to: Point) -> Option<Option<Cu
     match curve {
         Curve::Line(_) => Some(Some(Curve::Line(Segment { from, to }))),
         Curve::Arc(arc) if from == arc.from() && to == arc.to() => Some(Some(*curve)),
-        Curve::Arc(arc) => Curve::fitted(from, to, xy(arc.centre()), arc.turn()).ok().map(Some),
+        Curve::Arc(arc) => Curve::fitted(from, to, Vec2::from(arc.centre()), arc.turn()).ok().map(Some),
     }
 }

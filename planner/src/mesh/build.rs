@@ -5,11 +5,10 @@
 //! points along a Morton curve, each beside the one before, takes near-linear time. So does the insertion
 //! of constraints in ring order.
 
-use keepout_kernel::ProhibitedRegion;
-use keepout_kernel::curve::xy;
 use keepout_kernel::exact::lattice::{COORD_MAX, Point};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::CheckedIndex;
+use keepout_kernel::{ProhibitedRegion, Vec2};
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
@@ -30,7 +29,7 @@ impl HasPosition for Vertex {
     type Scalar = f64;
 
     fn position(&self) -> Point2<f64> {
-        let (x, y) = xy(self.point);
+        let Vec2 { x, y } = Vec2::from(self.point);
         Point2::new(x, y)
     }
 }

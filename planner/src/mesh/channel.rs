@@ -7,14 +7,11 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 
-use keepout_kernel::Point;
-use keepout_kernel::curve::{nearest_unit, xy};
+use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Point, Vec2};
 
 use super::{Mesh, NONE, Triangle};
-
-/// A point or a vector, lattice units.
-pub(super) type Xy = (f64, f64);
 
 /// Side of a triangle that a channel crosses. In the direction of travel, one end is on the left and one
 /// on the right.
@@ -32,8 +29,8 @@ pub struct ChannelSearch<'a> {
     /// Radius of the disc, lattice units.
     radius: f64,
     within: Window,
-    from: (Xy, usize),
-    to: (Xy, usize),
+    from: (Vec2, usize),
+    to: (Vec2, usize),
     /// Sides that the search does not cross, as pairs of their ends.
     refused: HashSet<(u32, u32)>,
 }
@@ -44,7 +41,7 @@ type Entry = (usize, usize);
 /// An entry that the search reached.
 struct Reached {
     /// Point of the side at which the proposed path crosses it.
-    at: Xy,
+    at: Vec2,
     /// Length of the path so far.
     cost: f64,
     /// The entry before; `None` in the first triangle.
@@ -58,8 +55,8 @@ impl<'a> ChannelSearch<'a> {
     #[must_use]
     pub fn new(mesh: &'a Mesh, (from, to): (Point, Point), radius: f64, within: Window) -> Option<Self> {
         let mut walk = mesh.walk();
-        let from = (xy(from), walk.locate(mesh, from)?);
-        let to = (xy(to), walk.locate(mesh, to)?);
+        let from = (Vec2::from(from), walk.locate(mesh, from)?);
+        let to = (Vec2::from(to), walk.locate(mesh, to)?);
         Some(Self { mesh, radius, within, from, to, refused: HashSet::new() })
     }
 
@@ -97,8 +94,8 @@ impl<'a> ChannelSearch<'a> {
 
     /// Refuses the portal of `channel` that is nearest to `at`, for later calls of
     /// [`ChannelSearch::channel`]. Returns `false` when there is no portal.
-    pub fn refuse(&mut self, channel: &[Portal], at: Xy) -> bool {
-        let far = |portal: &Portal| to_segment_2(at, xy(portal.left), xy(portal.right));
+    pub fn refuse(&mut self, channel: &[Portal], at: Vec2) -> bool {
+        let far = |portal: &Portal| to_segment_2(at, Vec2::from(portal.left), Vec2::from(portal.right));
         let nearest = channel.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
         let number = |point| self.mesh.points.iter().position(|&other| other == point);
         let ends = nearest.and_then(|portal| Some((number(portal.left)?, number(portal.right)?)));
@@ -110,7 +107,7 @@ impl<'a> ChannelSearch<'a> {
     fn cross(
         &self,
         (number, side): (usize, usize),
-        (at, cost, before): (Xy, f64, Option<Entry>),
+        (at, cost, before): (Vec2, f64, Option<Entry>),
         reached: &mut HashMap<Entry, Reached>,
         open: &mut BinaryHeap<(Reverse<i64>, Entry)>,
     ) {
@@ -123,25 +120,25 @@ impl<'a> ChannelSearch<'a> {
         let beyond = self.mesh.triangles[across[side] as usize];
         let Some(entered) = (0..3).find(|&k| beyond.corners[k] == b) else { return };
         let entry = (across[side] as usize, entered);
-        let cost = cost + distance(at, next);
+        let cost = cost + at.distance(next);
         if reached.get(&entry).is_some_and(|known| known.closed || known.cost <= cost) {
             return;
         }
         reached.insert(entry, Reached { at: next, cost, before, closed: false });
-        open.push((Reverse(nearest_unit(cost + distance(next, self.to.0))), entry));
+        open.push((Reverse(nearest_unit(cost + next.distance(self.to.0))), entry));
     }
 
     /// The point of the side `a b`, as far as the disc's centre can be there, on the shortest way from
     /// `at` to the goal.
-    fn crossing(&self, a: Xy, b: Xy, at: Xy) -> Option<Xy> {
-        let length = distance(a, b);
+    fn crossing(&self, a: Vec2, b: Vec2, at: Vec2) -> Option<Vec2> {
+        let length = a.distance(b);
         if length < 2.0 * self.radius {
             return None;
         }
-        let (dx, dy) = ((b.0 - a.0) / length, (b.1 - a.1) / length);
+        let along = (b - a) / length;
         let (mut low, mut high) = (self.radius, length - self.radius);
         let (x0, y0, x1, y1) = self.within.corners();
-        for (start, slope, least, most) in [(a.0, dx, x0, x1), (a.1, dy, y0, y1)] {
+        for (start, slope, least, most) in [(a.x, along.x, x0, x1), (a.y, along.y, y0, y1)] {
             let (least, most) = (f64::from(least) - start, f64::from(most) - start);
             if slope == 0.0 {
                 if least > 0.0 || most < 0.0 {
@@ -155,13 +152,13 @@ impl<'a> ChannelSearch<'a> {
         if low > high {
             return None;
         }
-        let along = |p: Xy| (p.0 - a.0) * dx + (p.1 - a.1) * dy;
-        let aside = |p: Xy| ((p.1 - a.1) * dx - (p.0 - a.0) * dy).abs();
+        let share = |p: Vec2| (p - a).dot(along);
+        let aside = |p: Vec2| along.cross(p - a).abs();
         // The goal, reflected to the other side where needed, is straight ahead there.
         let (near, far) = (aside(at), aside(self.to.0));
-        let straight = (along(at) * far + along(self.to.0) * near) / (near + far).max(f64::MIN_POSITIVE);
+        let straight = (share(at) * far + share(self.to.0) * near) / (near + far).max(f64::MIN_POSITIVE);
         let t = straight.clamp(low, high);
-        Some((a.0 + dx * t, a.1 + dy * t))
+        Some(a + along * t)
     }
 
     /// Whether the disc passes between the corner and all that is across it.
@@ -171,10 +168,9 @@ impl<'a> ChannelSearch<'a> {
         while let Some((number, side)) = stack.pop() {
             let Triangle { corners, across, walls, .. } = self.mesh.triangles[number];
             let (a, b) = (self.mesh.corner(corners[side]), self.mesh.corner(corners[(side + 1) % 3]));
-            let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-            let obtuse = (pivot.0 - a.0) * dx + (pivot.1 - a.1) * dy <= 0.0
-                || (pivot.0 - b.0) * dx + (pivot.1 - b.1) * dy >= 0.0;
-            let aside = ((pivot.0 - a.0) * dy - (pivot.1 - a.1) * dx).abs() / dx.hypot(dy);
+            let along = b - a;
+            let obtuse = (pivot - a).dot(along) <= 0.0 || (pivot - b).dot(along) >= 0.0;
+            let aside = (pivot - a).cross(along).abs() / along.length();
             if obtuse || aside >= 2.0 * self.radius {
                 continue;
             }
@@ -203,25 +199,12 @@ impl<'a> ChannelSearch<'a> {
 }
 
 impl Mesh {
-    pub(super) fn corner(&self, number: u32) -> Xy {
-        xy(self.points[number as usize])
+    pub(super) fn corner(&self, number: u32) -> Vec2 {
+        Vec2::from(self.points[number as usize])
     }
 }
 
-pub(super) fn distance(a: Xy, b: Xy) -> f64 {
-    (b.0 - a.0).hypot(b.1 - a.1)
-}
-
-/// The point of the segment `a b` that is nearest to `p`.
-pub(crate) fn nearest_on(p: Xy, a: Xy, b: Xy) -> Xy {
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let length_2 = dx * dx + dy * dy;
-    let t =
-        if length_2 > 0.0 { (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_2).clamp(0.0, 1.0) } else { 0.0 };
-    (a.0 + dx * t, a.1 + dy * t)
-}
-
-fn to_segment_2(p: Xy, a: Xy, b: Xy) -> f64 {
-    let foot = nearest_on(p, a, b);
-    (p.0 - foot.0) * (p.0 - foot.0) + (p.1 - foot.1) * (p.1 - foot.1)
+fn to_segment_2(p: Vec2, a: Vec2, b: Vec2) -> f64 {
+    let off = p - p.nearest_on(a, b);
+    off.dot(off)
 }

@@ -3,9 +3,8 @@
 use std::collections::BinaryHeap;
 
 use keepout_kernel::curve::{nearest_point, nearest_unit};
-use keepout_kernel::{Length, Point, ProhibitedRegion};
+use keepout_kernel::{Length, Point, ProhibitedRegion, Vec2};
 
-use super::channel::{Xy, distance};
 use super::{Mesh, NONE};
 use crate::units::mm;
 
@@ -56,8 +55,7 @@ impl Mesh {
         }
         search.triangles(whole);
         search.climb();
-        let (x, y) = search.best.1?;
-        let centre = nearest_point(x, y).ok().filter(|&centre| !part.holds(centre))?;
+        let centre = nearest_point(search.best.1?).ok().filter(|&centre| !part.holds(centre))?;
         Some(Disc { centre, radius: part.clearance(centre)? })
     }
 }
@@ -75,7 +73,7 @@ pub fn largest_tool_mm(part: &ProhibitedRegion, more_mm: f64) -> Option<f64> {
 struct Search<'a> {
     part: &'a ProhibitedRegion,
     /// Radius and centre of the largest disc so far.
-    best: (f64, Option<Xy>),
+    best: (f64, Option<Vec2>),
     hint: Option<usize>,
 }
 
@@ -84,7 +82,7 @@ impl Search<'_> {
     ///
     /// The clearance changes by at most the distance between two places. So the clearance in the middle
     /// of a triangle gives a bound for the whole triangle.
-    fn triangles(&mut self, mut whole: Vec<(f64, [Xy; 3])>) {
+    fn triangles(&mut self, mut whole: Vec<(f64, [Vec2; 3])>) {
         whole.sort_by(|a, b| a.0.total_cmp(&b.0));
         // Parts of triangles, with the number of their corners in `parts`.
         let (mut open, mut parts) = (BinaryHeap::new(), Vec::new());
@@ -109,10 +107,9 @@ impl Search<'_> {
             }
             let centre = middle(corners);
             let clearance = self.look(centre);
-            let bound =
-                corners.iter().map(|&corner| distance(centre, corner)).fold(0.0, f64::max) + clearance;
+            let bound = corners.iter().map(|&corner| centre.distance(corner)).fold(0.0, f64::max) + clearance;
             let [a, b, c] = longest_first(corners);
-            let between = (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1));
+            let between = a.midpoint(b);
             for part in [[a, between, c], [between, b, c]] {
                 open.push((nearest_unit(bound), parts.len()));
                 parts.push(part);
@@ -123,9 +120,9 @@ impl Search<'_> {
     /// Climbs from the best place, in smaller and smaller steps.
     fn climb(&mut self) {
         let mut step = self.best.0 * CLIMB;
-        while let (before, Some((x, y))) = self.best {
+        while let (before, Some(best)) = self.best {
             for (dx, dy) in [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)] {
-                self.look((x + f64::from(dx) * step, y + f64::from(dy) * step));
+                self.look(best + Vec2::new(f64::from(dx), f64::from(dy)) * step);
             }
             if self.best.0 <= before {
                 step *= 0.5;
@@ -137,18 +134,18 @@ impl Search<'_> {
     }
 
     /// The clearance at a place. Keeps the place when it is the best on the free side.
-    fn look(&mut self, (x, y): Xy) -> f64 {
-        let Ok(at) = nearest_point(x, y) else { return 0.0 };
+    fn look(&mut self, place: Vec2) -> f64 {
+        let Ok(at) = nearest_point(place) else { return 0.0 };
         let Some(nearest) = self.part.index().nearest(at, self.hint) else { return 0.0 };
         self.hint = Some(nearest.edge);
         if nearest.distance() > self.best.0 && !self.part.holds(at) {
-            self.best = (nearest.distance(), Some((x, y)));
+            self.best = (nearest.distance(), Some(place));
         }
         nearest.distance()
     }
 
-    fn is_free(&self, (x, y): Xy) -> bool {
-        nearest_point(x, y).is_ok_and(|at| !self.part.holds(at))
+    fn is_free(&self, place: Vec2) -> bool {
+        nearest_point(place).is_ok_and(|at| !self.part.holds(at))
     }
 }
 
@@ -156,23 +153,23 @@ fn to_units(bound: i64) -> f64 {
     i32::try_from(bound).map_or(f64::INFINITY, f64::from)
 }
 
-fn middle([a, b, c]: [Xy; 3]) -> Xy {
-    ((a.0 + b.0 + c.0) / 3.0, (a.1 + b.1 + c.1) / 3.0)
+fn middle([a, b, c]: [Vec2; 3]) -> Vec2 {
+    (a + b + c) / 3.0
 }
 
 /// Radius of the circle through the corners. It bounds the radius of every disc that holds no corner and
 /// has its centre in the triangle.
-fn circumradius([a, b, c]: [Xy; 3]) -> f64 {
-    let double_area = ((b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)).abs();
-    distance(a, b) * distance(b, c) * distance(c, a) / (2.0 * double_area)
+fn circumradius([a, b, c]: [Vec2; 3]) -> f64 {
+    let double_area = (b - a).cross(c - a).abs();
+    a.distance(b) * b.distance(c) * c.distance(a) / (2.0 * double_area)
 }
 
 /// The corners in an order with the longest side first.
-fn longest_first([a, b, c]: [Xy; 3]) -> [Xy; 3] {
-    let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
-    if distance(a, b) >= longest {
+fn longest_first([a, b, c]: [Vec2; 3]) -> [Vec2; 3] {
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    if a.distance(b) >= longest {
         [a, b, c]
-    } else if distance(b, c) >= longest {
+    } else if b.distance(c) >= longest {
         [b, c, a]
     } else {
         [c, a, b]

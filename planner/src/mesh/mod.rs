@@ -35,7 +35,6 @@ mod walk;
 
 use std::fmt;
 
-pub(crate) use channel::nearest_on;
 pub use channel::{ChannelSearch, Portal};
 pub use disc::{Disc, largest_tool_mm};
 use keepout_kernel::exact::lattice::Point;

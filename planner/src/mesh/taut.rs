@@ -6,15 +6,15 @@
 use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
-use keepout_kernel::curve::xy;
+use keepout_kernel::Vec2;
 use keepout_kernel::{Point, curve};
 
-use super::channel::{Portal, Xy, distance};
+use super::channel::Portal;
 
 /// A place where the path bends: around a corner of the part, or its start or end.
 #[derive(Clone, Copy)]
 struct Pin {
-    centre: Xy,
+    centre: Vec2,
     /// 1 with the corner on the left of the path, −1 on the right, 0 for the start and the end.
     bend: f64,
 }
@@ -76,13 +76,13 @@ impl Funnel {
 /// for its arcs.
 #[must_use]
 pub fn taut(from: Point, to: Point, portals: &[Portal], radius: f64, turn: f64) -> Vec<Point> {
-    let start = Pin { centre: xy(from), bend: 0.0 };
+    let start = Pin { centre: Vec2::from(from), bend: 0.0 };
     let mut funnel = Funnel { radius, common: vec![start], left: VecDeque::new(), right: VecDeque::new() };
     for portal in portals {
-        funnel.add(Pin { centre: xy(portal.left), bend: 1.0 }, true);
-        funnel.add(Pin { centre: xy(portal.right), bend: -1.0 }, false);
+        funnel.add(Pin { centre: Vec2::from(portal.left), bend: 1.0 }, true);
+        funnel.add(Pin { centre: Vec2::from(portal.right), bend: -1.0 }, false);
     }
-    funnel.add(Pin { centre: xy(to), bend: 0.0 }, true);
+    funnel.add(Pin { centre: Vec2::from(to), bend: 0.0 }, true);
     let mut pins = funnel.common;
     pins.extend(funnel.left);
     rounded(&pins, radius, turn)
@@ -90,15 +90,15 @@ pub fn taut(from: Point, to: Point, portals: &[Portal], radius: f64, turn: f64) 
 
 /// Direction of the tangent from one pin to another.
 fn tangent(from: Pin, to: Pin, radius: f64) -> f64 {
-    let (dx, dy) = (to.centre.0 - from.centre.0, to.centre.1 - from.centre.1);
-    let share = (to.bend - from.bend) * radius / dx.hypot(dy).max(f64::MIN_POSITIVE);
-    dy.atan2(dx) - share.clamp(-1.0, 1.0).asin()
+    let along = to.centre - from.centre;
+    let share = (to.bend - from.bend) * radius / along.length().max(f64::MIN_POSITIVE);
+    along.y.atan2(along.x) - share.clamp(-1.0, 1.0).asin()
 }
 
 /// Length of the tangent from one pin to another.
 fn reach(from: Pin, to: Pin, radius: f64) -> f64 {
     let aside = (to.bend - from.bend) * radius;
-    let away = distance(from.centre, to.centre);
+    let away = from.centre.distance(to.centre);
     (away * away - aside * aside).max(0.0).sqrt()
 }
 
@@ -121,11 +121,10 @@ fn rounded(pins: &[Pin], radius: f64, turn: f64) -> Vec<Point> {
         let mut k = 0.5;
         while k < count {
             let (sin, cos) = (into + pin.bend * bent * k / count).sin_cos();
-            let (x, y) = (pin.centre.0 + pin.bend * reach * sin, pin.centre.1 - pin.bend * reach * cos);
-            points.extend(curve::nearest_point(x, y));
+            points.extend(curve::nearest_point(pin.centre + Vec2::new(sin, -cos) * (pin.bend * reach)));
             k += 1.0;
         }
     }
-    points.extend(pins.last().and_then(|end| curve::nearest_point(end.centre.0, end.centre.1).ok()));
+    points.extend(pins.last().and_then(|end| curve::nearest_point(end.centre).ok()));
     points
 }

@@ -1,6 +1,6 @@
 //! Walk over the mesh: the triangle that holds a point, and the edge nearest to it.
 
-use keepout_kernel::curve::xy;
+use keepout_kernel::Vec2;
 use keepout_kernel::exact::lattice::Point;
 use keepout_kernel::exact::predicate::Orientation;
 use keepout_kernel::exact::segment::{Segment, orientation};
@@ -57,7 +57,7 @@ impl Walk {
     /// without edges.
     pub fn nearest(&mut self, mesh: &Mesh, index: &CheckedIndex, point: Point) -> Option<Nearest> {
         let start = self.locate(mesh, point)?;
-        let at = xy(point);
+        let at = Vec2::from(point);
         self.search = self.search.wrapping_add(1);
         if self.search == 0 {
             self.entered.fill(0);
@@ -81,8 +81,8 @@ impl Walk {
                 // An edge can end at a corner without being a side.
                 let end = mesh.ends[corner as usize];
                 if end != NONE {
-                    let (x, y) = xy(mesh.points[corner as usize]);
-                    take(end, (x - at.0) * (x - at.0) + (y - at.1) * (y - at.1), &mut best);
+                    let off = Vec2::from(mesh.points[corner as usize]) - at;
+                    take(end, off.dot(off), &mut best);
                 }
                 if wall != NONE {
                     take(wall, distance_2(at, index.edges()[wall as usize].chord), &mut best);

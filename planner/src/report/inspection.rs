@@ -2,10 +2,10 @@
 
 use super::element::{Lines, circle, path, text};
 use super::view::{Entry, Mark, View, outlines, page, path_of};
-use crate::Mm2;
 use crate::drawing::Chained;
-use crate::inspect::{Inspection, Note, union};
+use crate::inspect::{Inspection, Note};
 use crate::units::point_mm;
+use crate::{Box2, Mm2};
 
 const INSIDE: &str = "#d5dae1";
 const EDGE: &str = "#2b2f36";
@@ -55,10 +55,9 @@ pub fn inspection_svg(found: &Inspection, chained: &Chained, title: &str) -> Str
 
 fn view_of(found: &Inspection, chained: &Chained) -> View {
     let ends = chained.open.iter().flat_map(|open| &open.curves).flat_map(|curve| [curve.from(), curve.to()]);
-    let ends = ends.map(point_mm).map(|Mm2 { x, y }| [x, y, x, y]);
-    let [x0, y0, x1, y1] = ends.chain(found.box_mm).reduce(union).unwrap_or([0.0, 0.0, 1.0, 1.0]);
-    let room = 0.04 * (x1 - x0).max(y1 - y0).max(1.0);
-    View::of(Mm2::new(x0 - room, y0 - room), Mm2::new(x1 + room, y1 + room))
+    let around = Box2::around(ends.map(point_mm)).into_iter().chain(found.box_mm).reduce(Box2::union);
+    let around = around.unwrap_or(Box2 { low: Mm2::ZERO, high: Mm2::new(1.0, 1.0) });
+    View::of(around.grown(0.04 * around.longer_side().max(1.0)))
 }
 
 fn marks(out: &mut Lines, notes: &[Note], colour: &str, view: &View) {

@@ -4,11 +4,11 @@ use keepout_kernel::{Curve, Side, UNITS_PER_MM};
 
 use super::element::{Element, Lines, circle, path, points, polyline, text};
 use super::view::{Entry, Mark, PAD, View, WIDTH, outlines, page, path_of};
-use crate::Mm2;
 use crate::finish::centre_distance;
 use crate::job::{ContourJob, preview};
 use crate::plan::CertifiedPlan;
 use crate::units::{mm, point_mm};
+use crate::{Box2, Mm2};
 
 /// A series of tool-centre positions, mm.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,18 +96,14 @@ pub fn svg_of_run(plan: &CertifiedPlan, title: &str, traces: &[Trace], spots: &[
 }
 
 fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
-    let (low, high) = plan.part_box();
-    let room = 2.0 * mm(plan.roughing.units()) + 2.0;
-    let (Mm2 { x: mut x0, y: mut y0 }, Mm2 { x: mut x1, y: mut y1 }) = (point_mm(low), point_mm(high));
-    (x0, y0, x1, y1) = (x0 - room, y0 - room, x1 + room, y1 + room);
+    let mut shown = plan.part_box().grown(2.0 * mm(plan.roughing.units()) + 2.0);
     // A run may use the whole table. The picture shows it up to half the part's size around the part.
-    let reach = ((x1 - x0).max(y1 - y0)) / 2.0;
-    let limits = (x0 - reach, y0 - reach, x1 + reach, y1 + reach);
-    for &Mm2 { x, y } in traces.iter().flat_map(|trace| &trace.points_mm) {
-        (x0, x1) = (x0.min(x.max(limits.0)), x1.max(x.min(limits.2)));
-        (y0, y1) = (y0.min(y.max(limits.1)), y1.max(y.min(limits.3)));
+    let limits = shown.grown(shown.longer_side() / 2.0);
+    for &point in traces.iter().flat_map(|trace| &trace.points_mm) {
+        let point = point.max(limits.low).min(limits.high);
+        shown = shown.union(Box2 { low: point, high: point });
     }
-    View::of(Mm2::new(x0, y0), Mm2::new(x1, y1))
+    View::of(shown)
 }
 
 /// Draws the part and the keep-out zones, with their clearances.

@@ -6,9 +6,9 @@ use keepout_kernel::{Curve, Turn};
 
 use super::chart::round_steps;
 use super::element::{Element, Lines, background, document, path, text};
-use crate::Mm2;
 use crate::profile::ProfileLoop;
 use crate::units::point_mm;
+use crate::{Box2, Mm2};
 
 pub(super) const WIDTH: f64 = 1100.0;
 pub(super) const PAD: f64 = 30.0;
@@ -24,11 +24,11 @@ pub(super) struct View {
 
 impl View {
     /// View of a box, mm, as large as the page allows.
-    pub fn of(Mm2 { x: x0, y: y0 }: Mm2, Mm2 { x: x1, y: y1 }: Mm2) -> Self {
-        let (w, h) = ((x1 - x0).max(1e-3), (y1 - y0).max(1e-3));
+    pub fn of(shown: Box2) -> Self {
+        let (w, h) = (shown.size().x.max(1e-3), shown.size().y.max(1e-3));
         let scale = ((WIDTH - 2.0 * PAD) / w).min(900.0 / h);
         let spare = (WIDTH - 2.0 * PAD) / scale - w;
-        Self { left: x0 - spare / 2.0, top: y1, scale, height: h * scale }
+        Self { left: shown.low.x - spare / 2.0, top: shown.high.y, scale, height: h * scale }
     }
 
     pub fn xy(&self, Mm2 { x, y }: Mm2) -> (f64, f64) {

@@ -8,12 +8,12 @@ use keepout_executor::dialect::DialectName;
 use keepout_executor::session::{Placement, place_on_table};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::{Length, Point, ProhibitedRegion};
-use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
-use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm};
+use keepout_planner::units::{length_up_from_mm, mm, point_from_mm};
+use keepout_planner::{Box2, Mm2};
 
 use super::drawing::random_drawing;
 
@@ -110,8 +110,7 @@ impl World {
     /// Searches start places in the part's box and around it.
     fn look_for_places(&mut self, random: &mut Rng) {
         let plan = &self.work.plan;
-        let (low, high) = plan.part_box();
-        let (low, high) = (point_mm(low), point_mm(high));
+        let Box2 { low, high } = plan.part_box();
         let reach = 4.0 * mm(plan.roughing.units());
         let finishing = length_up_from_mm(mm(plan.finishing.units()) + 0.002).unwrap_or(plan.finishing);
         for _ in 0..4000 {

@@ -16,7 +16,7 @@ mod testing {
     use keepout_executor::operator::{Operator, OperatorView};
     use keepout_executor::supervisor::{OperatorInput, Phase};
     use keepout_guard::Time;
-    use keepout_planner::Mm2;
+    use keepout_planner::{Box2, Mm2};
 
     /// A view with the tool left of the part.
     pub fn view(phase: Phase) -> OperatorView {
@@ -25,7 +25,7 @@ mod testing {
             unacknowledged: 0,
             position_mm: Some(Mm2::new(-20.0, 10.0)),
             wall_mm: Some(Mm2::new(0.0, 10.0)),
-            part_box_mm: (0.0, 0.0, 100.0, 60.0),
+            part_box: Box2 { low: Mm2::ZERO, high: Mm2::new(100.0, 60.0) },
             phase,
             contoured: false,
         }

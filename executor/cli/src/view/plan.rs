@@ -1,14 +1,13 @@
 //! The small plan in the view: the part's outline, the trail and the tool.
 
 use super::canvas::Canvas;
-use keepout_planner::Mm2;
+use keepout_planner::{Box2, Mm2};
 
 /// The part's outline, with fewer points for a screen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScreenOutline {
     polylines: Vec<Vec<Mm2>>,
-    low: Mm2,
-    high: Mm2,
+    bounds: Box2,
 }
 
 /// Least distance between two kept points, as a share of the outline's size.
@@ -25,19 +24,13 @@ impl ScreenOutline {
     /// The outline of these polylines, mm. A closed polyline ends where it begins. Drops points that are not
     /// finite.
     pub fn new(polylines: &[Vec<Mm2>]) -> Self {
-        let finite = |point: &&Mm2| point.is_finite();
-        let (mut low, mut high) = (Mm2::new(f64::MAX, f64::MAX), Mm2::new(f64::MIN, f64::MIN));
-        for &point in polylines.iter().flatten().filter(finite) {
-            (low, high) = (low.min(point), high.max(point));
-        }
-        if low.x > high.x {
-            return Self::default();
-        }
-        let detail = larger_side(low, high) * DETAIL;
+        let points = polylines.iter().flatten().copied().filter(|point| point.is_finite());
+        let Some(bounds) = Box2::around(points) else { return Self::default() };
+        let detail = bounds.longer_side() * DETAIL;
         let thinned = |line: &Vec<Mm2>| {
             let mut kept: Vec<Mm2> = Vec::new();
             let mut last = None;
-            for &point in line.iter().filter(finite) {
+            for &point in line.iter().filter(|point| point.is_finite()) {
                 let near = |at: &Mm2| at.distance(point) < detail;
                 last = Some(point);
                 if !kept.last().is_some_and(near) {
@@ -47,30 +40,24 @@ impl ScreenOutline {
             kept.extend(last.filter(|last| kept.last() != Some(last)));
             kept
         };
-        Self { polylines: polylines.iter().map(thinned).collect(), low, high }
+        Self { polylines: polylines.iter().map(thinned).collect(), bounds }
     }
 
     /// The box that the picture shows. It contains `place`, unless `place` lies outside the widest picture.
-    fn frame(&self, place: Option<Mm2>) -> (Mm2, Mm2) {
-        let size = larger_side(self.low, self.high).max(1e-3);
-        let middle = self.low.midpoint(self.high);
-        let half = (self.high - self.low) / 2.0 + Mm2::new(size, size) * AROUND;
-        let frame = |half: Mm2| (middle - half, middle + half);
+    fn frame(&self, place: Option<Mm2>) -> Box2 {
+        let (size, middle) = (self.bounds.longer_side().max(1e-3), self.bounds.middle());
+        let half = self.bounds.size() / 2.0 + Mm2::new(size, size) * AROUND;
+        let frame = |half: Mm2| Box2 { low: middle - half, high: middle + half };
         let Some(place) = place else { return frame(half) };
         let mut wide = half;
         for _ in 0..WIDER_MAX {
-            if (place.x - middle.x).abs() <= wide.x && (place.y - middle.y).abs() <= wide.y {
+            if frame(wide).holds(place) {
                 return frame(wide);
             }
             wide = wide * WIDER;
         }
         frame(half)
     }
-}
-
-/// The larger side of a box.
-fn larger_side(low: Mm2, high: Mm2) -> f64 {
-    (high.x - low.x).max(high.y - low.y)
 }
 
 /// Draws outline, trail and tool into `columns` × `lines` characters.
@@ -83,9 +70,9 @@ pub fn plan(
 ) -> Vec<String> {
     let mut canvas = Canvas::new(columns, lines);
     let (width, height) = canvas.dots();
-    let (low, high) = outline.frame(tool.map(|tool| tool.0));
-    let scale = (width / (high.x - low.x)).min(height / (high.y - low.y));
-    let middle = low.midpoint(high);
+    let frame = outline.frame(tool.map(|tool| tool.0));
+    let scale = (width / frame.size().x).min(height / frame.size().y);
+    let middle = frame.middle();
     let place =
         |Mm2 { x, y }: Mm2| (width / 2.0 + (x - middle.x) * scale, height / 2.0 - (y - middle.y) * scale);
     for polyline in &outline.polylines {

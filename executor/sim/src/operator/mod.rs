@@ -65,7 +65,7 @@ mod tests {
     use keepout_executor::operator::OperatorView;
     use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
     use keepout_guard::Time;
-    use keepout_planner::Mm2;
+    use keepout_planner::{Box2, Mm2};
 
     use super::*;
 
@@ -76,7 +76,7 @@ mod tests {
             unacknowledged: 0,
             position_mm: Some(Mm2::new(-20.0, 10.0)),
             wall_mm: Some(Mm2::new(0.0, 10.0)),
-            part_box_mm: (0.0, 0.0, 100.0, 60.0),
+            part_box: Box2 { low: Mm2::ZERO, high: Mm2::new(100.0, 60.0) },
             phase,
             contoured: false,
         }

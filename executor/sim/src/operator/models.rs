@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::{Box2, Mm2};
 
 use super::arm::{DT, Lag, Reaction, Sticking, Tremor};
 
@@ -131,7 +131,7 @@ impl Model {
     fn go_around(&mut self, view: &OperatorView, t: f64, reaction: usize) -> Option<Mm2> {
         let position = view.position_mm?;
         if t >= self.until {
-            self.goal = self.place_around(view.part_box_mm);
+            self.goal = self.place_around(view.part_box);
             self.until = t + 2.0 + 4.0 * self.random.f64();
         }
         let error = self.reaction.step(self.goal - position, reaction);
@@ -142,9 +142,10 @@ impl Model {
     }
 
     /// A random place in the box around the part, grown by a fifth: outside the part, near it, or on it.
-    fn place_around(&mut self, (x0, y0, x1, y1): (f64, f64, f64, f64)) -> Mm2 {
-        let (w, h) = (x1 - x0, y1 - y0);
-        Mm2::new(x0 + w * (1.4 * self.random.f64() - 0.2), y0 + h * (1.4 * self.random.f64() - 0.2))
+    fn place_around(&mut self, part: Box2) -> Mm2 {
+        let mut share = || 1.4 * self.random.f64() - 0.2;
+        let (x, y) = (share(), share());
+        part.low + Mm2::new(part.size().x * x, part.size().y * y)
     }
 
     /// An Ornstein–Uhlenbeck process, 0.15 s and 0.5 of full scale, with sudden steps.

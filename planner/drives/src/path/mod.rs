@@ -5,7 +5,7 @@ mod tests;
 
 use std::f64::consts::TAU;
 
-use keepout_kernel::ArcView;
+use keepout_kernel::{ArcView, Vec2};
 
 use crate::Axes;
 
@@ -54,7 +54,7 @@ impl PathPiece {
     /// The arc about `centre` that starts at `from` and turns by `sweep` rad.
     #[must_use]
     pub fn arc(centre: Axes, from: Axes, sweep: f64) -> Self {
-        Self::Arc(ArcView::starting_at((from.x, from.y), (centre.x, centre.y), sweep))
+        Self::Arc(ArcView::starting_at(Vec2::new(from.x, from.y), Vec2::new(centre.x, centre.y), sweep))
     }
 
     /// Length, pulses.
@@ -94,13 +94,13 @@ impl PathPiece {
                 Foot { point: from + tangent * along, tangent, curvature: 0.0 }
             }
             Self::Arc(arc) => {
-                let turned = arc.angle_to((point.x, point.y));
+                let turned = arc.angle_to(Vec2::new(point.x, point.y));
                 // Outside the sector of the arc, take the end that is nearer by angle.
                 let beyond = turned - arc.sweep.abs();
                 if beyond > 0.0 {
                     return on_circle(&arc, arc.angle(if beyond < TAU - turned { 1.0 } else { 0.0 }));
                 }
-                let centre = Axes::new(arc.centre.0, arc.centre.1);
+                let centre = Axes::new(arc.centre.x, arc.centre.y);
                 let Some(spoke) = (point - centre).try_normalize(0.0) else {
                     return on_circle(&arc, arc.start);
                 };
@@ -122,7 +122,7 @@ impl PathPiece {
             }
             Self::Arc(arc) => {
                 let foot = self.nearest(point).point;
-                let turned = arc.angle_to((foot.x, foot.y));
+                let turned = arc.angle_to(Vec2::new(foot.x, foot.y));
                 // Rounding may put the point just before the start. Then it is the start.
                 let turned = if turned > arc.sweep.abs() + ROUNDING { 0.0 } else { turned };
                 turned * arc.radius
@@ -157,8 +157,8 @@ fn direction(from: Axes, to: Axes) -> Axes {
 
 /// The point of the arc's circle at a polar angle.
 fn on_circle(arc: &ArcView, angle: f64) -> Foot {
-    let ((x, y), tangent) = (arc.at_angle(angle), arc.direction_at_angle(angle));
-    Foot { point: Axes::new(x, y), tangent: Axes::new(tangent.0, tangent.1), curvature: arc.curvature() }
+    let (Vec2 { x, y }, tangent) = (arc.at_angle(angle), arc.direction_at_angle(angle));
+    Foot { point: Axes::new(x, y), tangent: Axes::new(tangent.x, tangent.y), curvature: arc.curvature() }
 }
 
 /// A sequence of connected pieces.
@@ -314,6 +314,6 @@ pub const CORNER_COS: f64 = 0.99;
 
 /// The arc from `from` through `by` to `to`. Points on a straight line give a line.
 fn through(from: Axes, by: Axes, to: Axes) -> PathPiece {
-    let arc = ArcView::through((from.x, from.y), (by.x, by.y), (to.x, to.y));
+    let arc = ArcView::through(Vec2::new(from.x, from.y), Vec2::new(by.x, by.y), Vec2::new(to.x, to.y));
     arc.map_or(PathPiece::Line { from, to }, PathPiece::Arc)
 }

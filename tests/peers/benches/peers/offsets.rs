@@ -6,7 +6,7 @@ use clipper2_rust::offset::{EndType, JoinType};
 use i_overlay::mesh::float::outline::offset::OutlineOffset;
 use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
 use keepout_kernel::offset::{self, Outline};
-use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Vec2};
 
 use crate::paths::RADIUS_MM;
 use crate::profiles::{MM, ProfileFamily, mm};
@@ -137,7 +137,9 @@ fn measured(name: &'static str, ms: f64, pieces: usize, loops: &Loops, part: &Pr
         for (&a, &b) in each.iter().zip(each.iter().cycle().skip(1)) {
             let middle = (f64::midpoint(a.0, b.0), f64::midpoint(a.1, b.1));
             for (x, y) in [a, middle] {
-                let Ok(point) = keepout_kernel::curve::nearest_point(x * MM, y * MM) else { continue };
+                let Ok(point) = keepout_kernel::curve::nearest_point(Vec2::new(x * MM, y * MM)) else {
+                    continue;
+                };
                 let Some(nearest) = part.index().nearest(point, hint) else { continue };
                 hint = Some(nearest.edge);
                 least_mm = least_mm.min(nearest.distance() / MM);

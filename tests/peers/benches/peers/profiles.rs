@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use keepout_kernel::Vec2;
 use keepout_kernel::{Edge, Length, Point, Segment, UNITS_PER_MM};
 
 /// Lattice units in a millimetre.
@@ -119,7 +120,7 @@ fn maze(count: usize) -> Vec<Point> {
 
 /// The lattice point nearest to (`x`, `y`), mm.
 pub fn at(x: f64, y: f64) -> Point {
-    keepout_kernel::curve::nearest_point(x * MM, y * MM).expect("profiles lie in the field")
+    keepout_kernel::curve::nearest_point(Vec2::new(x * MM, y * MM)).expect("profiles lie in the field")
 }
 
 /// The edges of the closed polygons, with a chord-error bound of zero.

@@ -128,11 +128,9 @@ struct Stock {
 
 impl Stock {
     fn of(shape: &MachinedProfile, radius_mm: f64, path: &[Mm2]) -> Self {
-        let (x0, y0, x1, y1) = shape.box_mm();
-        let grown = FAR_MM.1 + CELL_MM;
-        let (left, low) = (x0 - grown, y0 - grown);
-        let count = |from: f64, to: f64| index((to - from + 2.0 * grown) / CELL_MM);
-        let (columns, rows) = (count(x0, x1), count(y0, y1));
+        let around = shape.bounds().grown(FAR_MM.1 + CELL_MM);
+        let (left, low) = (around.low.x, around.low.y);
+        let (columns, rows) = (index(around.size().x / CELL_MM), index(around.size().y / CELL_MM));
         let middle = |column: usize, row: usize| {
             Mm2::new(left + (real(column) + 0.5) * CELL_MM, low + (real(row) + 0.5) * CELL_MM)
         };

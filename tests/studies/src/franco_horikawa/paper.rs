@@ -212,7 +212,7 @@ impl<'a> Scene<'a> {
             seen: OperatorView {
                 position_mm: Some(start),
                 wall_mm: Some(paper.ground.shape.nearest(start)),
-                part_box_mm: paper.ground.shape.box_mm(),
+                part_box: paper.ground.shape.bounds(),
                 end_mm: None,
                 unacknowledged: 0,
                 phase: Phase::Manual,

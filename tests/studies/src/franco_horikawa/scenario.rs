@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use keepout_planner::Mm2;
 use keepout_planner::machine::{MachineError, MachineProfile};
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::{PlanRequest, PlanRequestError};
+use keepout_planner::{Box2, Mm2};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -205,13 +205,10 @@ impl MachinedProfile {
         self.corners.iter().copied().zip(next.copied())
     }
 
-    /// Bounding box of the profile, `(min x, min y, max x, max y)`, mm.
+    /// Bounding box of the profile.
     #[must_use]
-    pub fn box_mm(&self) -> (f64, f64, f64, f64) {
-        let none = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
-        self.corners.iter().fold(none, |around, corner| {
-            (around.0.min(corner.x), around.1.min(corner.y), around.2.max(corner.x), around.3.max(corner.y))
-        })
+    pub fn bounds(&self) -> Box2 {
+        Box2::around(self.corners.iter().copied()).unwrap_or_default()
     }
 
     /// The nearest point of the profile, mm.
@@ -264,12 +261,10 @@ impl MachinedProfile {
         (from_mm, to_mm): (f64, f64),
         random: &mut fastrand::Rng,
     ) -> Result<Mm2, StudyError> {
-        let (x0, y0, x1, y1) = self.box_mm();
-        let grown = radius_mm + to_mm;
-        let (width, height) = (x1 - x0 + 2.0 * grown, y1 - y0 + 2.0 * grown);
-        let place = |random: &mut fastrand::Rng| {
-            Mm2::new(x0 - grown + width * random.f64(), y0 - grown + height * random.f64())
-        };
+        let around = self.bounds().grown(radius_mm + to_mm);
+        let size = around.size();
+        let place =
+            |random: &mut fastrand::Rng| around.low + Mm2::new(size.x * random.f64(), size.y * random.f64());
         let fits = |p: &Mm2| (from_mm..=to_mm).contains(&(self.clearance(*p) - radius_mm));
         let found = (0..TRIES).map(|_| place(random)).find(fits);
         found.ok_or_else(|| StudyError::NoStart { name: self.name.clone() })
