@@ -76,7 +76,7 @@ impl fmt::Display for Blocked {
                 write!(f, "too near the edge from {} to {}", edge.chord.from, edge.chord.to)
             }
             Self::OnPartSide(at) => write!(f, "{at} is inside the part"),
-            Self::StartTooNear(at) => write!(f, "the start {at} is not certified at this threshold"),
+            Self::StartTooNear(at) => write!(f, "the start {at} is not certified at this clearance"),
         }
     }
 }

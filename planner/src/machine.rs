@@ -97,7 +97,7 @@ pub enum MachineError {
     #[error(transparent)]
     File(#[from] FileError),
     /// The file does not hold a machine profile.
-    #[error("{} is no machine profile: {reason}", path.display())]
+    #[error("{} is no machine profile: {reason}. Correct the file.", path.display())]
     Parse {
         /// The file.
         path: PathBuf,
@@ -105,13 +105,16 @@ pub enum MachineError {
         reason: String,
     },
     /// A text has control characters.
-    #[error("machine profile: {field} must be one line of printable characters")]
+    #[error("machine profile: {field} must be one line of printable characters. Correct the profile.")]
     Text {
         /// The field.
         field: &'static str,
     },
     /// A figure is out of range.
-    #[error("machine profile: {field} is {value}, it must be between {} and {}", range.start(), range.end())]
+    #[error(
+        "machine profile: {field} is {value}, it must be between {} and {}. Correct the profile.",
+        range.start(), range.end()
+    )]
     Figure {
         /// The field.
         field: &'static str,

@@ -67,7 +67,7 @@ fn names_with_control_characters_are_refused() {
         let mut wrong = good.clone();
         change(&mut wrong);
         plan_file::decode(&plan_file::encode(&wrong).expect("it can be written"))
-            .expect_err("a terminal can not show it")
+            .expect_err("a terminal cannot show it")
             .to_string()
     };
     let error = wrong(&|plan| plan.provenance.name = "x\nproved  all\u{1b}[8m".into());

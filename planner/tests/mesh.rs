@@ -112,7 +112,7 @@ fn degenerate_edges_make_a_mesh_or_are_left_out() {
     ];
     let index = build(soup).unwrap();
     let mesh = Mesh::build(&index, FRAME, false).unwrap();
-    assert!(mesh.left_out() >= 1, "two edges that cross can not both be in the mesh");
+    assert!(mesh.left_out() >= 1, "two edges that cross cannot both be in the mesh");
     assert!(mesh.walk().locate(&mesh, at(450, 440)).is_some());
     assert!(mesh.walk().locate(&mesh, at(21_000_000, 0)).is_none(), "outside the frame");
     let small = Window::from_corners(-10, -10, 899, 2000);

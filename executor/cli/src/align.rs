@@ -107,7 +107,7 @@ fn summary(found: &Alignment, probe_points: &ProbePoints) -> String {
     if found.poor {
         let gain = found.uncertainty_mm / probe_points.probe_error_mm;
         lines.push(format!(
-            "note         the uncertainty is {gain:.0} times the touch error: touch points farther apart, \
+            "note         the uncertainty is {gain:.0} times the probe error: touch points farther apart, \
              and edges square to each other"
         ));
     }

@@ -138,7 +138,7 @@ fn announce(setup: &Setup) {
 fn confirmed() -> Result<bool, CliError> {
     if !std::io::stdin().is_terminal() {
         return Err(CliError::Argument(
-            "the input is not a terminal, so doctor can not ask: raise the tool, and give --yes".into(),
+            "the input is not a terminal, so doctor cannot ask: raise the tool, and give --yes".into(),
         ));
     }
     print!("Type yes when the tool is raised and the box is free: ");

@@ -33,7 +33,7 @@ pub enum CliError {
     /// The drawing cannot be read.
     #[error(transparent)]
     Drawing(FileError),
-    /// The drawing can not be used, or no plan can be made of it.
+    /// The drawing cannot be used, or no plan can be made of it.
     #[error("{path}: {source}", path = path.display())]
     PlanRequest {
         /// The file.
@@ -49,7 +49,7 @@ pub enum CliError {
         /// Which claim fails.
         source: PlanError,
     },
-    /// A plan file can not be read or written.
+    /// A plan file cannot be read or written.
     #[error("{0}")]
     PlanFile(#[from] PlanFileError),
     /// A machine profile is not valid.
@@ -64,7 +64,7 @@ pub enum CliError {
     /// An alignment file is not valid, or does not fit the plan.
     #[error(transparent)]
     AlignmentFile(#[from] AlignmentFileError),
-    /// The operator can not be set up.
+    /// The operator cannot be set up.
     #[error(transparent)]
     Operator(#[from] OperatorError),
     /// No device to jog with.
@@ -82,13 +82,13 @@ pub enum CliError {
     /// The port failed.
     #[error(transparent)]
     Port(#[from] PortError),
-    /// The log can not be created.
+    /// The log cannot be created.
     #[error(transparent)]
     Log(#[from] LogError),
     /// The log could not be continued during the run.
     #[error(transparent)]
     EventLog(#[from] EventLogError),
-    /// The simulated machine can not run.
+    /// The simulated machine cannot run.
     #[cfg(unix)]
     #[error(transparent)]
     Simulate(#[from] StandaloneError),
@@ -98,10 +98,10 @@ pub enum CliError {
     /// A conformance scenario could not be recorded.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// A recording can not be read.
+    /// A recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// A log can not be read.
+    /// A log cannot be read.
     #[error(transparent)]
     LogRead(#[from] LogReadError),
     /// The replay of a log differs from the log.

@@ -135,7 +135,7 @@ impl<P: Port, C: Clock> Talk<'_, P, C> {
     /// Queries a report. Returns the time until it arrived, or `None` if it did not arrive within `within`.
     fn query(&mut self, within: Duration) -> Result<Option<Duration>, ExamineError> {
         let mut bytes = Vec::new();
-        // A query can not fail to encode: it has no target that could be off the lattice.
+        // A query cannot fail to encode: it has no target that could be off the lattice.
         let _ = self.dialect.encode(&Command::Query, &mut bytes);
         self.report = None;
         let sent = self.clock.now();
@@ -198,7 +198,7 @@ impl<P: Port, C: Clock> Talk<'_, P, C> {
     }
 }
 
-/// The remark on a controller's state, with the remedy if a session can not begin. `None` when it is idle.
+/// The remark on a controller's state, with the remedy if a session cannot begin. `None` when it is idle.
 #[must_use]
 pub fn remedy(mode: Mode) -> Option<&'static str> {
     match mode {

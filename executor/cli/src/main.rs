@@ -41,7 +41,7 @@ pub struct Arguments {
     command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done · 2 wrong arguments · 3 the drawing can not be used \
+const EXIT_CODES: &str = "Exit codes: 0 done · 2 wrong arguments · 3 the drawing cannot be used \
     · 4 no plan can be made (tool, margin, contours) · 5 a plan or log is damaged, or does not hold when it \
     is proved again · 6 port, controller or machine fault · 7 a file cannot be written \
     · 8 the collision monitor saw the tool in the part · 9 the run ended before the contour was finished";

@@ -34,7 +34,7 @@ pub fn set_up(arguments: &RunArguments, jog_s: f64, real_time: bool) -> Result<O
     let name = arguments.operator.as_str();
     let by_hand = ["keyboard", "gamepad", "handwheel"].contains(&name.split(':').next().unwrap_or(name));
     if by_hand && !real_time {
-        let reason = format!("a person can not jog in virtual time: use --machine sim for --operator {name}");
+        let reason = format!("a person cannot jog in virtual time: use --machine sim for --operator {name}");
         return Err(CliError::Argument(reason));
     }
     // A missing device gives its error before the terminal changes.

@@ -129,7 +129,7 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
     }
     if arguments.json {
         let json = serde_json::to_string_pretty(&found);
-        println!("{}", json.map_err(|error| CliError::Argument(format!("can not make JSON: {error}")))?);
+        println!("{}", json.map_err(|error| CliError::Argument(format!("cannot make JSON: {error}")))?);
     } else {
         println!("{found}");
         if let Some(output) = &arguments.output {

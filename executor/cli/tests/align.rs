@@ -69,7 +69,7 @@ fn alignment_serves_plan_and_run() {
     let port = ["run", &plan, "--port", "/dev/no-such-port", "--home"];
     assert_eq!(code(&keepout(&port)), 2, "without an origin");
     let run = keepout(&[&port[..], &["--alignment", &alignment]].concat());
-    assert!(code(&run) == 6 && complaint(&run).contains("can not open port"), "{}", complaint(&run));
+    assert!(code(&run) == 6 && complaint(&run).contains("cannot open port"), "{}", complaint(&run));
     assert!(complaint(&run).contains("are of the simulated GRBL 1.1 table"), "{}", complaint(&run));
     let run = keepout(&[&port[..], &["--alignment", &alignment, "--origin-mm", "-250,-200"]].concat());
     assert_eq!(code(&run), 2, "{}", complaint(&run));

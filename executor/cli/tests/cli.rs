@@ -190,7 +190,7 @@ fn missing_ports_and_jobs_that_do_not_fit_are_refused() {
     let folder = folder("ports");
     let plan = planned(&folder);
     let run = keepout(&["run", &plan, "--port", "/dev/no-such-port", "--origin-mm", "-200,-175", "--home"]);
-    assert!(code(&run) == 6 && complaint(&run).contains("can not open port"), "{}", complaint(&run));
+    assert!(code(&run) == 6 && complaint(&run).contains("cannot open port"), "{}", complaint(&run));
     assert_eq!(code(&keepout(&["run", &plan, "--port", "/dev/no-such-port"])), 2, "without an origin");
     let run = keepout(&["run", &plan, "--port", "/dev/no-such-port", "--origin-mm", "-200,-175"]);
     assert!(code(&run) == 2 && complaint(&run).contains("--homed"), "{}", complaint(&run));

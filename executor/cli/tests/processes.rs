@@ -413,7 +413,7 @@ fn doctor_sends_only_queries() {
     assert!(received.len() > 20);
     let missing = keepout(&["doctor", "--port", "/dev/no-such-port"]);
     assert!(
-        missing.status.code() == Some(6) && printed(&missing).contains("can not open"),
+        missing.status.code() == Some(6) && printed(&missing).contains("cannot open"),
         "{}",
         printed(&missing)
     );

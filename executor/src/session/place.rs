@@ -50,7 +50,7 @@ pub enum PlaceError {
         y: (f64, f64),
     },
     /// The tool cannot start there.
-    #[error("the tool can not start at {at}: {reason}. Choose another --start-mm.")]
+    #[error("the tool cannot start at {at}: {reason}. Choose another --start-mm.")]
     Start {
         /// The place.
         at: Point,

@@ -8,7 +8,7 @@ use thiserror::Error;
 pub enum PortError {
     /// The port cannot be opened.
     #[error(
-        "can not open port {name}: {reason}. \
+        "cannot open port {name}: {reason}. \
          Check that the device is plugged in, that its name is right, and that you may use it (group dialout)."
     )]
     Open {

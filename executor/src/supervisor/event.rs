@@ -1,5 +1,7 @@
 //! Input and output of the supervisor: events, replies, commands.
 
+use std::fmt;
+
 use arrayvec::ArrayString;
 use keepout_guard::{Certified, CertifiedCancel};
 use keepout_kernel::{LatticeError, Point};
@@ -37,6 +39,20 @@ pub enum Mode {
     Alarm,
     /// Another state: door, check, sleep.
     Other,
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Idle => "idle",
+            Self::Moving => "moving",
+            Self::Slowing => "slowing down",
+            Self::Held => "hold",
+            Self::Homing => "homing",
+            Self::Alarm => "alarm",
+            Self::Other => "door, check or sleep",
+        })
+    }
 }
 
 /// A status report.

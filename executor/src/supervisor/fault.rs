@@ -26,7 +26,7 @@ pub enum Fault {
     },
     /// The controller rejected a line.
     #[error(
-        "the controller refused a line with error {code}{}{meaning}. \
+        "the controller rejected a line with error {code}{}{meaning}. \
          The machine stops at its last certified target.",
         if meaning.is_empty() { "" } else { ": " }
     )]
@@ -38,11 +38,12 @@ pub enum Fault {
     },
     /// The controller raised an alarm.
     #[error(
-        "the controller raised alarm {code}{}{meaning}. Find the cause, then home the machine again.",
+        "the controller raised {}{}{meaning}. Find the cause, then home the machine again.",
+        if *code == 0 { "an alarm".into() } else { format!("alarm {code}") },
         if meaning.is_empty() { "" } else { ": " }
     )]
     Alarm {
-        /// The controller's alarm number.
+        /// The controller's alarm number. 0 when the controller did not report it.
         code: u16,
         /// Meaning of the number. Empty when it is unknown.
         meaning: &'static str,
@@ -58,7 +59,7 @@ pub enum Fault {
     NotHomed,
     /// A setting does not have the value that safety requires.
     #[error(
-        "controller setting {}{} must be {}",
+        "controller setting {}{} must be {}. Set it at the controller, then home the machine again.",
         .0.name,
         if .0.value.is_nan() { String::new() } else { format!(" is {}, it", .0.value) },
         .0.needed
@@ -76,19 +77,25 @@ pub enum Fault {
     #[error("a line was lost on the way to the controller. Check cable and baud rate.")]
     LineLost,
     /// The work offset of the controller changed during the session.
-    #[error("the controller's work offset changed while the session ran: someone set it at the controller")]
+    #[error(
+        "the controller's work offset changed while the session ran: someone set it at the controller. \
+         Home the machine again."
+    )]
     OffsetChanged,
     /// The guard refused a reply of the controller.
-    #[error("stopped: {0}")]
+    #[error("stopped: {0}. Find the cause, then home the machine again.")]
     Guard(#[from] Refusal),
     /// The controller entered a state without a command.
-    #[error("the controller went into {mode:?} by itself: someone pressed a button there, or a door opened")]
+    #[error(
+        "the controller entered the state \"{mode}\" without a command. Perhaps someone pressed a button there, \
+         or a door opened. Find the cause, then home the machine again."
+    )]
     Unexpected {
         /// The new state.
         mode: Mode,
     },
     /// The port failed.
-    #[error("the port was lost: {0}")]
+    #[error("the port was lost: {0}. Check the cable and its plugs.")]
     PortLost(Text),
     /// A command cannot be written in the controller's language.
     #[error("stopped before a motion was sent: {0}")]

@@ -44,12 +44,14 @@ pub enum GougeCause {
 
 impl fmt::Display for Gouge {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Motions count from 1 in messages, like loops and passes.
+        let number = self.index.saturating_add(1);
         match &self.cause {
-            GougeCause::Blocked(blocked) => write!(f, "motion {} of the path: {blocked}", self.index),
+            GougeCause::Blocked(blocked) => write!(f, "motion {number} of the path: {blocked}"),
             GougeCause::Discontinuous => {
-                write!(f, "motion {} of the path does not begin where the one before it ends", self.index)
+                write!(f, "motion {number} of the path does not begin where the one before it ends")
             }
-            GougeCause::Arc(error) => write!(f, "motion {} of the path: {error}", self.index),
+            GougeCause::Arc(error) => write!(f, "motion {number} of the path: {error}"),
         }
     }
 }

@@ -135,7 +135,7 @@ pub enum ProfileError {
     #[error(transparent)]
     File(#[from] FileError),
     /// The text is not a profile.
-    #[error("{name} is not a feed-drive profile: {reason}")]
+    #[error("{name} is not a feed-drive profile: {reason}. Correct the file.")]
     Parse {
         /// The file.
         name: String,
@@ -143,7 +143,7 @@ pub enum ProfileError {
         reason: String,
     },
     /// A value is out of range.
-    #[error("{name}: {field} is {value}, it must be {range}")]
+    #[error("{name}: {field} is {value}, it must be {range}. Correct the profile.")]
     Figure {
         /// The file.
         name: String,

@@ -361,7 +361,7 @@ fn edges_of(
                 return bad("its control points make no curve");
             };
             let Ok(chain) = chain_along(&curve, bound) else {
-                return bad("the planner finds no lines and arcs that follow it within --curve-mm");
+                return bad("no lines and arcs follow it within --curve-mm");
             };
             let first = out.edges.len();
             out.edges.extend(chain.into_iter().map(|curve| ProfileEdge { curve, chord_error: bound }));
@@ -379,7 +379,7 @@ fn edges_of(
             let way = piece.to.minus(piece.from);
             let along = [(way.dx, drawn.dx), (way.dy, drawn.dy)].map(|(a, b)| i64::from(a) * i64::from(b));
             if along[0] + along[1] <= 0 {
-                return bad("closing gaps moved its ends past each other. Lower --join-mm");
+                return bad("closing gaps within --join-mm moved its ends past each other");
             }
             out.edges.push(exact(Curve::Arc(arc)));
         }

@@ -3,6 +3,7 @@
 
 mod folders;
 mod lines;
+mod messages;
 mod names;
 mod source;
 mod trusted;

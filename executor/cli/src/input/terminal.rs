@@ -36,7 +36,7 @@ pub enum TerminalError {
     NoScreen,
     /// The system's error.
     #[error(
-        "the terminal can not be set up: {0}. Use another terminal, or leave --view and --operator keyboard \
+        "the terminal cannot be set up: {0}. Use another terminal, or leave --view and --operator keyboard \
          out."
     )]
     SetUp(#[from] std::io::Error),
@@ -85,7 +85,7 @@ impl SecondScreen {
     /// Changes to the second screen, and hides the cursor.
     ///
     /// # Errors
-    /// [`TerminalError`] when the output is not a terminal, or when the terminal can not be set up.
+    /// [`TerminalError`] when the output is not a terminal, or when the terminal cannot be set up.
     pub fn enter() -> Result<Self, TerminalError> {
         if !stdout().is_terminal() {
             return Err(TerminalError::NoScreen);
@@ -166,7 +166,7 @@ impl Keyboard {
     /// Takes the terminal's keys from now on. Notices go to `panel`.
     ///
     /// # Errors
-    /// [`TerminalError`] when the input is not a terminal, or when the terminal can not be set up.
+    /// [`TerminalError`] when the input is not a terminal, or when the terminal cannot be set up.
     pub fn open(panel: Panel) -> Result<Self, TerminalError> {
         let mode = RawMode::enter()?;
         let typed = Arc::new(Mutex::new(Typed::default()));

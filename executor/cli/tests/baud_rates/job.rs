@@ -55,7 +55,7 @@ impl Case {
         format!("{}/../dialects/{}.toml", env!("CARGO_MANIFEST_DIR"), self.dialect)
     }
 
-    /// Whether the plan leaves stock. Non-interpolated axes can not follow slanted walls.
+    /// Whether the plan leaves stock. Non-interpolated axes cannot follow slanted walls.
     fn needs_stock(&self) -> bool {
         !DialectName::NAMES.contains(&self.dialect)
     }

@@ -76,8 +76,8 @@ pub enum DeviceError {
         /// The device.
         path: PathBuf,
     },
-    /// The device can not be opened.
-    #[error("{} can not be opened as an input device: {source}", path.display())]
+    /// The device cannot be opened.
+    #[error("{} cannot be opened as an input device: {source}", path.display())]
     Open {
         /// The device.
         path: PathBuf,
@@ -106,7 +106,7 @@ pub enum DeviceError {
     /// The system is not Linux.
     #[error("gamepads, joysticks and handwheels work only on Linux: use --operator keyboard")]
     NotLinux,
-    /// The system can not start the reading thread.
-    #[error("the system can not start a thread to read the device: {0}")]
+    /// The system cannot start the reading thread.
+    #[error("the system cannot start a thread to read the device: {0}")]
     Thread(std::io::Error),
 }
