@@ -1,4 +1,4 @@
-//! One name, one type.
+//! One name, one type; and coordinates have a type.
 
 use std::collections::BTreeMap;
 
@@ -16,6 +16,35 @@ const SHARED: &Exceptions = &[
     ("World", "owed: of the proofs, and of the hostile simulation"),
     ("Xy", "a pair of plain numbers, each for one module or test crate"),
 ];
+
+/// Places whose public signatures may have two bare reals.
+const BARE_PAIRS: &Exceptions = &[
+    ("planner/src/report", "pixels of a page"),
+    ("executor/cli/src/view/canvas.rs", "dots of the screen"),
+    ("planner/src/drawing/entity.rs", "fields of the file, in its own unit"),
+    ("planner/src/drawing/placement.rs", "columns and rows of an array"),
+    ("tests/src/feel/trace.rs", "a median and a percentile"),
+    ("tests/studies/src", "ranges of distances"),
+    ("tests/peers", "plain numbers, as the other libraries take them"),
+    ("fuzz/src", "plain numbers of an oracle, and of a sketch before it is a drawing"),
+    ("proofs/src/oracle.rs", "plain numbers of an oracle"),
+];
+
+#[test]
+fn public_signatures_name_their_coordinates() {
+    let mut offenders = Vec::new();
+    for (file, text) in &sources("") {
+        for (number, line) in product(text) {
+            let is_public = ["pub ", "pub(crate) "].iter().any(|start| line.trim_start().starts_with(start));
+            let mut pairs = line.match_indices("(f64, f64)").map(|(at, _)| &line[..at]);
+            // A function that takes two numbers, such as `Fn(f64, f64)`, has no pair.
+            if is_public && pairs.any(|before| !before.ends_with(char::is_alphanumeric)) {
+                offenders.push(Offender::at(file, number, line.trim()));
+            }
+        }
+    }
+    judge("Two reals in a public signature are a `Mm2` or a `Vec2`", &offenders, BARE_PAIRS);
+}
 
 /// The public type that a line declares. A `pub(super)` type belongs to its folder alone and does not count.
 fn declared(line: &str) -> Option<&str> {

@@ -56,15 +56,15 @@ fn trusted_crates_name_no_float() {
 }
 
 #[test]
-fn trusted_files_name_no_arc_view() {
+fn trusted_files_name_no_geometry_in_f64() {
     let mut offenders = Vec::new();
     for (file, text) in trusted(&TRUSTED) {
         for (number, line) in product(&text) {
-            let found = ["ArcView", "arc_view"].into_iter().filter(|word| names(line, word));
+            let found = ["ArcView", "arc_view", "Vec2", "vec2"].into_iter().filter(|word| names(line, word));
             offenders.extend(found.map(|word| Offender::at(&file, number, format_args!("names {word}"))));
         }
     }
-    judge("Trusted files do not rest on the view of arcs in f64", &offenders, &[]);
+    judge("Trusted files do not rest on arcs and vectors in f64", &offenders, &[]);
 }
 
 /// A public function of the trusted code.
