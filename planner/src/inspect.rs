@@ -25,7 +25,7 @@ pub struct Inspection {
     /// Number of all curves taken.
     pub curves: usize,
     /// The closed contours, in file order.
-    pub contours: Vec<Contour>,
+    pub contours: Vec<ContourFacts>,
     /// Number of contours that lie within an even number of others.
     pub outer: usize,
     /// Number of contours that lie within an odd number of others.
@@ -52,7 +52,7 @@ pub struct Inspection {
 
 /// A closed contour.
 #[derive(Clone, Debug, Serialize)]
-pub struct Contour {
+pub struct ContourFacts {
     /// The layer of its first curve.
     pub layer: String,
     /// Number of contours around it.
@@ -94,7 +94,7 @@ pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
     let signed = |(outline, depth): (&ContourPolygon, &usize)| {
         if depth % 2 == 0 { outline.area_mm2 } else { -outline.area_mm2 }
     };
-    let contours: Vec<Contour> = loops
+    let contours: Vec<ContourFacts> = loops
         .iter()
         .zip(&outlines)
         .enumerate()
@@ -129,10 +129,10 @@ pub fn inspect(drawing: &Drawing, chained: &Chained) -> Inspection {
     }
 }
 
-fn contour(each: &ProfileLoop, outline: &ContourPolygon, layer: &str, depth: usize) -> Contour {
+fn contour(each: &ProfileLoop, outline: &ContourPolygon, layer: &str, depth: usize) -> ContourFacts {
     let length: f64 = each.edges.iter().map(|edge| edge.curve.length()).sum();
     let lines = each.edges.iter().filter(|edge| matches!(edge.curve, Curve::Line(_))).count();
-    Contour {
+    ContourFacts {
         layer: layer.into(),
         depth,
         area_mm2: outline.area_mm2,

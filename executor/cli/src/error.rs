@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use keepout_drives::profile::ProfileError;
+use keepout_drives::profile::DriveProfileError;
 use keepout_executor::session::log::{LogError, LogReadError};
 use keepout_executor::session::port::PortError;
 use keepout_executor::session::replay::ReplayError;
@@ -57,7 +57,7 @@ pub enum CliError {
     Machine(#[from] MachineError),
     /// A profile of feed drives is not valid.
     #[error(transparent)]
-    Drives(#[from] ProfileError),
+    Drives(#[from] DriveProfileError),
     /// The probe points do not determine how the workpiece lies.
     #[error(transparent)]
     Alignment(#[from] AlignmentError),

@@ -39,7 +39,7 @@ pub(crate) struct Contour {
 
 impl Contour {
     /// The changing parts of the contour, except the end of the certified motions.
-    pub(crate) fn counts(&self) -> Counts {
+    pub(crate) fn counts(&self) -> ContourCounts {
         ([self.certified, self.sent, self.first], [self.rests_seen, self.stops_seen])
     }
 
@@ -50,7 +50,7 @@ impl Contour {
 
 /// Counters of a contour: motions certified, motions sent, and the first motion on which the tool can be.
 /// Then the reports at rest at its end, and short of the end of the last motion sent.
-pub(crate) type Counts = ([usize; 3], [u8; 2]);
+pub(crate) type ContourCounts = ([usize; 3], [u8; 2]);
 
 /// Progress of the certification of a contour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use keepout_kernel::{FreePoint, Length, Point};
 
-use crate::contour::Counts;
+use crate::contour::ContourCounts;
 use crate::{Guard, Time};
 
 /// All changing parts of a guard, except the edge that it checks first. That edge only makes a refusal
@@ -19,7 +19,7 @@ pub struct State {
     rests: (u8, Option<Point>),
     cancelled: (Option<u64>, u32, i32),
     counts: [u64; 3],
-    contour: Option<(Counts, Point)>,
+    contour: Option<(ContourCounts, Point)>,
 }
 
 impl Guard {

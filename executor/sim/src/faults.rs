@@ -21,7 +21,7 @@ pub struct Rates {
     /// A byte is damaged.
     pub damage: f64,
     /// The form of damage.
-    pub kind: Damage,
+    pub kind: ByteDamage,
     /// A noise byte arrives before a chunk.
     pub noise: f64,
     /// A long chunk is replaced by an earlier one (a replayed reply). At least [`LIES_APART`] long chunks lie
@@ -38,14 +38,14 @@ const REMEMBERED: usize = 8;
 
 /// The result of damage to a byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Damage {
+pub enum ByteDamage {
     /// A byte that no dialect uses, so the receiver rejects the line. A wrong baud rate, or a line with
     /// parity or its own checksum, turns damage into such bytes.
     #[default]
     Detectable,
     /// Any byte, or a lost byte: only a checksum detects it.
     Any,
-    /// As [`Damage::Any`], with at most one damaged byte per chunk: a sum over the chunk always detects it.
+    /// As [`ByteDamage::Any`], with at most one damaged byte per chunk: a sum over the chunk always detects it.
     /// Two damaged bytes can cancel in a sum.
     One,
 }
@@ -124,7 +124,7 @@ impl Faults {
 
     /// Whether the present chunk is damaged and must not be damaged again.
     fn spares(&self) -> bool {
-        self.hurt && self.rates.kind == Damage::One && !self.rubbish
+        self.hurt && self.rates.kind == ByteDamage::One && !self.rubbish
     }
 
     /// Draws the fate of the next chunk.
@@ -174,12 +174,12 @@ impl Faults {
         }
         self.hurt = true;
         match self.rates.kind {
-            Damage::Detectable => Some(b"#@`{}\\"[self.random.usize(0..6)]),
+            ByteDamage::Detectable => Some(b"#@`{}\\"[self.random.usize(0..6)]),
             // Only a checksum detects a digit that becomes another digit.
-            Damage::Any | Damage::One if byte.is_ascii_digit() && self.random.bool() => {
+            ByteDamage::Any | ByteDamage::One if byte.is_ascii_digit() && self.random.bool() => {
                 Some(self.random.u8(b'0'..=b'9'))
             }
-            Damage::Any | Damage::One => match self.random.u8(0..10) {
+            ByteDamage::Any | ByteDamage::One => match self.random.u8(0..10) {
                 0 => None,
                 // A single bit, as on a real line.
                 1..=6 => Some(byte ^ 1 << self.random.u8(0..8)),
@@ -196,8 +196,8 @@ impl Faults {
         }
         self.hurt = true;
         Some(match self.rates.kind {
-            Damage::Detectable => b'#',
-            Damage::Any | Damage::One => self.random.u8(..),
+            ByteDamage::Detectable => b'#',
+            ByteDamage::Any | ByteDamage::One => self.random.u8(..),
         })
     }
 }

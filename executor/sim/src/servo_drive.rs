@@ -9,7 +9,7 @@ use keepout_drives::controllers::Controller;
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::controllers::selection::Environment;
 use keepout_drives::plant::{Load, Plant};
-use keepout_drives::profile::{DriveProfile, ProfileError};
+use keepout_drives::profile::{DriveProfile, DriveProfileError};
 use keepout_drives::reference::ReferenceWindow;
 use keepout_drives::stream::Stream;
 use keepout_executor::session::{Sample, SampleKind};
@@ -29,8 +29,8 @@ impl ServoConfig {
     /// The drives of the built-in simulated machine.
     ///
     /// # Errors
-    /// [`ProfileError`] if the built-in drive profile is invalid.
-    pub fn simulated() -> Result<Self, ProfileError> {
+    /// [`DriveProfileError`] if the built-in drive profile is invalid.
+    pub fn simulated() -> Result<Self, DriveProfileError> {
         Ok(Self { profile: DriveProfile::load("simulated")?, kind: Kind::Contouring })
     }
 }

@@ -7,8 +7,8 @@ use keepout_executor::operator::Operator;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    Clock, Ended, EventLog, EventLogError, Going, PlaceError, Placement, RealClock, RunFacts, Sample,
-    SampleKind, Session, SessionSetup, VirtualClock, coverage, place_on_table, start_inside,
+    Clock, Ended, EventLog, EventLogError, Going, PlaceError, RealClock, RunFacts, Sample, SampleKind,
+    Session, SessionSetup, TablePlacement, VirtualClock, coverage, place_on_table, start_inside,
 };
 use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
@@ -187,7 +187,7 @@ impl Scene {
     }
 }
 
-fn check_start(plan: &CertifiedPlan, place: &Placement, at: Point) -> Result<(), PlaceError> {
+fn check_start(plan: &CertifiedPlan, place: &TablePlacement, at: Point) -> Result<(), PlaceError> {
     if !place.travel.holds(at) {
         return Err(PlaceError::Start { at, reason: "it is beyond the machine's travel".into() });
     }
@@ -275,7 +275,7 @@ fn on_pty(
 }
 
 /// Whether the tool can stand at the home position, and can reach a contour to finish from there.
-fn comes_from_home(plan: &CertifiedPlan, place: &Placement, home: Mm2) -> bool {
+fn comes_from_home(plan: &CertifiedPlan, place: &TablePlacement, home: Mm2) -> bool {
     let back = Vector { dx: -place.offset.dx, dy: -place.offset.dy };
     let Ok(point) = keepout_planner::units::point_from_mm(home).and_then(|point| point.translated(back))
     else {

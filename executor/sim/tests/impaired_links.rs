@@ -12,7 +12,7 @@ use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::PassParameters;
 use keepout_planner::request::PlanRequest;
-use keepout_sim::faults::{Damage, Faults, Rates};
+use keepout_sim::faults::{ByteDamage, Faults, Rates};
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::session::{Scene, SimRun};
 use keepout_sim::{Disturbance, PositioningError, SimMachine, SimSettings, VirtualPort, operator, speaking};
@@ -87,7 +87,7 @@ fn rates(abilities: Abilities, often: f64, seed: u64) -> (Rates, Rates) {
         damage: 0.000_3 * often,
         noise: 0.001 * often,
         // Only a checksum detects a byte that became another byte of the dialect.
-        kind: if abilities.checked { Damage::Any } else { Damage::Detectable },
+        kind: if abilities.checked { ByteDamage::Any } else { ByteDamage::Detectable },
     };
     let to_controller = Rates { doubling: if arrives_twice { to_host.doubling } else { 0.0 }, ..to_host };
     (to_controller, to_host)

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 /// The place of a drawing on a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
+pub struct TablePlacement {
     /// Machine coordinates minus drawing coordinates.
     pub offset: Vector,
     /// The machine's travel, drawing coordinates.
@@ -86,7 +86,7 @@ pub fn place_on_table(
     plan: &CertifiedPlan,
     machine: &MachineProfile,
     origin_mm: Option<Mm2>,
-) -> Result<Placement, PlaceError> {
+) -> Result<TablePlacement, PlaceError> {
     let (low, high) = path_box(plan)?;
     let [width, height] = machine.travel_mm;
     let job = Box2 { low: point_mm(low), high: point_mm(high) };
@@ -114,7 +114,7 @@ pub fn place_on_table(
         let Box2 { low, high } = job;
         return Err(PlaceError::Misplaced { x: (-width - low.x, -high.x), y: (-height - low.y, -high.y) });
     }
-    Ok(Placement { offset, travel })
+    Ok(TablePlacement { offset, travel })
 }
 
 /// The box of the finishing toolpath, grown by the stock to leave, because roughing goes around it too.

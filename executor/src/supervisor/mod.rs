@@ -32,7 +32,7 @@ pub use input::{
     INPUT_STALE, OperatorCommand, OperatorInput, READING_STALE, Stick, StickError, StickSettings,
 };
 pub use jog::Limits;
-use jog::{Contact, JogContext, JogPlanner};
+use jog::{JogContext, JogPlanner, WallContact};
 use keepout_guard::{Guard, Time};
 use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
@@ -349,7 +349,7 @@ impl Supervisor {
             State::Manual(steering) | State::Sliding(steering) => steering.steer(input, &mut context),
             State::Escaping(steering) => {
                 steering.retract(input, &mut context);
-                Contact::Unknown
+                WallContact::Unknown
             }
             _ => return,
         };
@@ -357,8 +357,8 @@ impl Supervisor {
             interrupted.led_away = true;
         }
         self.state = match (std::mem::replace(&mut self.state, State::Done), contact) {
-            (State::Manual(steering), Contact::Wall) => State::Sliding(steering),
-            (State::Sliding(steering), Contact::Free) => State::Manual(steering),
+            (State::Manual(steering), WallContact::Wall) => State::Sliding(steering),
+            (State::Sliding(steering), WallContact::Free) => State::Manual(steering),
             (state, _) => state,
         };
     }

@@ -130,7 +130,7 @@ pub struct Interpolator {
 
 /// Reasons for which a profile is rejected.
 #[derive(Debug, Error)]
-pub enum ProfileError {
+pub enum DriveProfileError {
     /// The file cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
@@ -175,8 +175,8 @@ impl DriveProfile {
     /// Loads a built-in profile by its name, or a profile from a TOML file.
     ///
     /// # Errors
-    /// [`ProfileError`] with the file and the field.
-    pub fn load(name: &str) -> Result<Self, ProfileError> {
+    /// [`DriveProfileError`] with the file and the field.
+    pub fn load(name: &str) -> Result<Self, DriveProfileError> {
         if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
             return Self::parse(name, text);
         }
@@ -186,14 +186,16 @@ impl DriveProfile {
     /// Reads a profile from `text`. Messages refer to it by `name`.
     ///
     /// # Errors
-    /// [`ProfileError`] with the field.
-    pub fn parse(name: &str, text: &str) -> Result<Self, ProfileError> {
-        let profile: Self = toml::from_str(text)
-            .map_err(|error| ProfileError::Parse { name: name.into(), reason: text_file::reason(&error) })?;
+    /// [`DriveProfileError`] with the field.
+    pub fn parse(name: &str, text: &str) -> Result<Self, DriveProfileError> {
+        let profile: Self = toml::from_str(text).map_err(|error| DriveProfileError::Parse {
+            name: name.into(),
+            reason: text_file::reason(&error),
+        })?;
         match profile.out_of_range() {
             None => Ok(profile),
             Some((field, value, range)) => {
-                Err(ProfileError::Figure { name: name.into(), field, value, range })
+                Err(DriveProfileError::Figure { name: name.into(), field, value, range })
             }
         }
     }

@@ -15,7 +15,9 @@ use clap::Parser;
 use keepout_executor::dialect::DialectName;
 use keepout_kernel::Length;
 use keepout_tests::REAL_DRAWINGS;
-use keepout_tests::hostile::{Fault, Outcome, Spec, Verdict, World, Worlds, play, play_logged, shrink};
+use keepout_tests::hostile::{
+    HostileFault, HostileWorld, Outcome, Spec, Verdict, Worlds, play, play_logged, shrink,
+};
 
 /// Hostile operators, lines and controllers against the guard.
 #[derive(Debug, Parser)]
@@ -166,7 +168,7 @@ fn main() -> ExitCode {
         return replay(&worlds, seeds, arguments.driven, arguments.log.as_deref());
     }
     if let Some(unknown) = arguments.suffering.iter().find(|name| fault_named(name).is_none()) {
-        eprintln!("hostile: there is no fault {unknown}. Choose one of {:?}", Fault::ALL);
+        eprintln!("hostile: there is no fault {unknown}. Choose one of {:?}", HostileFault::ALL);
         return ExitCode::from(2);
     }
     hunt(&worlds, &arguments)
@@ -188,8 +190,8 @@ fn worlds(arguments: &Arguments) -> Result<Worlds, String> {
     Ok(Worlds { real, languages })
 }
 
-fn fault_named(name: &str) -> Option<Fault> {
-    Fault::ALL.into_iter().find(|fault| format!("{fault:?}") == name)
+fn fault_named(name: &str) -> Option<HostileFault> {
+    HostileFault::ALL.into_iter().find(|fault| format!("{fault:?}") == name)
 }
 
 impl Arguments {
@@ -281,7 +283,7 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
     }
 }
 
-fn report(world: &World, spec: &Spec, verdict: Verdict, shrinks: bool) {
+fn report(world: &HostileWorld, spec: &Spec, verdict: Verdict, shrinks: bool) {
     let (Verdict::Gouge { centre, .. } | Verdict::StockToLeave { centre, .. }) = verdict;
     let mm = |length: Length| keepout_planner::units::mm(length.units());
     println!(

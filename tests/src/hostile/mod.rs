@@ -14,5 +14,5 @@ pub use keepout_sim::monitor::Verdict;
 pub use operator::{Hostile, Style};
 pub use play::{Outcome, play, play_logged};
 pub use shrink::shrink;
-pub use spec::{Fault, Spec};
-pub use world::{World, Worlds};
+pub use spec::{HostileFault, Spec};
+pub use world::{HostileWorld, Worlds};

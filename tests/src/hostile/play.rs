@@ -25,8 +25,8 @@ use keepout_sim::{
 };
 
 use super::operator::Hostile;
-use super::spec::{Fault, Spec};
-use super::world::World;
+use super::spec::{HostileFault, Spec};
+use super::world::HostileWorld;
 
 /// What came of a session.
 #[derive(Clone, Debug)]
@@ -137,7 +137,7 @@ enum Happening {
 
 /// Plays the session in the world.
 #[must_use]
-pub fn play(world: &World, spec: &Spec) -> Outcome {
+pub fn play(world: &HostileWorld, spec: &Spec) -> Outcome {
     let none: Result<_, Infallible> = play_with(world, spec, |_| Ok(Box::new(NoEventLog)));
     match none {
         Ok(outcome) => outcome,
@@ -149,7 +149,7 @@ pub fn play(world: &World, spec: &Spec) -> Outcome {
 ///
 /// # Errors
 /// [`LogError`] when the log cannot be created.
-pub fn play_logged(world: &World, spec: &Spec, path: &Path) -> Result<Outcome, LogError> {
+pub fn play_logged(world: &HostileWorld, spec: &Spec, path: &Path) -> Result<Outcome, LogError> {
     play_with(world, spec, |setup| {
         let header = Header {
             drawing: world.name.clone(),
@@ -163,7 +163,7 @@ pub fn play_logged(world: &World, spec: &Spec, path: &Path) -> Result<Outcome, L
 }
 
 fn play_with<E>(
-    world: &World,
+    world: &HostileWorld,
     spec: &Spec,
     log: impl FnOnce(&SessionSetup) -> Result<Box<dyn EventLog>, E>,
 ) -> Result<Outcome, E> {
@@ -183,7 +183,7 @@ fn play_with<E>(
     let reopen =
         move || if again.machine.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) };
     let mut session = setup.session(cable.clone(), Box::new(operator), log).recovering(Box::new(reopen));
-    if spec.suffers(Fault::Planner) {
+    if spec.suffers(HostileFault::Planner) {
         let mut wrong = Rng::with_seed(spec.seed ^ 0x0091_a77e);
         session = session.planned_by(Box::new(move |request, plan| {
             request.work_out(plan).map(|job| spoilt(job, &mut wrong))
@@ -192,7 +192,7 @@ fn play_with<E>(
     let mut clock = HostClock {
         now: Time::ZERO,
         breaks: breaks(spec, &mut random),
-        jumps: spec.suffers(Fault::Clock),
+        jumps: spec.suffers(HostileFault::Clock),
         ahead: Rc::clone(&cable.ahead),
     };
     let mut watcher = Watcher::new(world, spec, cable, &mut random);
@@ -200,7 +200,7 @@ fn play_with<E>(
     Ok(watcher.outcome(session.supervisor(), ended.ok(), spec))
 }
 
-fn options(world: &World, spec: &Spec, random: &mut Rng) -> Options {
+fn options(world: &HostileWorld, spec: &Spec, random: &mut Rng) -> Options {
     Options {
         feed_mm_min: [300, 900, 3000][random.usize(0..3)],
         home: false,
@@ -213,7 +213,7 @@ fn options(world: &World, spec: &Spec, random: &mut Rng) -> Options {
 }
 
 /// Where the tool begins, machine coordinates.
-fn start_mm(world: &World, spec: &Spec, random: &mut Rng) -> Mm2 {
+fn start_mm(world: &HostileWorld, spec: &Spec, random: &mut Rng) -> Mm2 {
     let inside = spec.begins_inside && !world.inside.is_empty();
     let places = if inside { &world.inside } else { &world.starts };
     let start = places[random.usize(0..places.len())];
@@ -234,7 +234,7 @@ struct Watcher {
 }
 
 impl Watcher {
-    fn new(world: &World, spec: &Spec, cable: Cable, random: &mut Rng) -> Self {
+    fn new(world: &HostileWorld, spec: &Spec, cable: Cable, random: &mut Rng) -> Self {
         let radius = world.work.plan.plan.tool_radius;
         let part = std::sync::Arc::clone(&world.part);
         let rule = JoggingRule { clearance: world.by_hand, outside: world.outside };
@@ -330,15 +330,15 @@ fn move_corner(curves: &mut [Curve], index: usize, random: &mut Rng) {
     }
 }
 
-fn config(world: &World) -> DialectConfig {
+fn config(world: &HostileWorld) -> DialectConfig {
     DialectConfig::of(&world.machine, world.place.offset)
 }
 
-fn machine(world: &World, spec: &Spec, start_mm: Mm2, abilities: Abilities) -> SimMachine {
+fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm2, abilities: Abilities) -> SimMachine {
     let settings =
         SimSettings { quirks: spec.quirks.clone(), ..SimSettings::of(world.machine.clone(), start_mm) };
     let (band, steps) = (world.machine.repeatability_mm, world.machine.steps_per_mm);
-    let slip = if spec.suffers(Fault::LostSteps) {
+    let slip = if spec.suffers(HostileFault::LostSteps) {
         PositioningError::sudden(band, steps, spec.seed)
     } else {
         PositioningError::wandering(band, steps, spec.seed)
@@ -359,18 +359,18 @@ fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {
     for fault in &spec.faults {
         let when = at(random);
         match fault {
-            Fault::Reset => {
+            HostileFault::Reset => {
                 let more = if random.bool() { 0 } else { random.usize(1..8) };
                 let happening = || if spec.power_fails { Happening::BrownOut } else { Happening::Reset };
                 list.extend((0..more).map(|_| (at(random), happening())));
                 list.push((when, happening()));
             }
-            Fault::Alarm => list.push((when, Happening::Alarm)),
-            Fault::PortLoss => {
+            HostileFault::Alarm => list.push((when, Happening::Alarm)),
+            HostileFault::PortLoss => {
                 let back = when.after(Duration::from_millis(random.u64(1..8000)));
                 list.extend([(when, Happening::Unplug), (back, Happening::Plug)]);
             }
-            Fault::Baud => {
+            HostileFault::Baud => {
                 let back = when.after(Duration::from_millis(random.u64(1..8000)));
                 list.extend([(when, Happening::Mistune(true)), (back, Happening::Mistune(false))]);
             }
@@ -393,7 +393,7 @@ fn happen(machine: &mut SimMachine, happening: &Happening, now: Time) {
 }
 
 fn breaks(spec: &Spec, random: &mut Rng) -> Vec<(Time, Duration)> {
-    if !spec.suffers(Fault::Clock) && !spec.suffers(Fault::Stall) {
+    if !spec.suffers(HostileFault::Clock) && !spec.suffers(HostileFault::Stall) {
         return Vec::new();
     }
     // A few of any length, or again and again what lets blocks pass for executed.

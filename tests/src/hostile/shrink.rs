@@ -7,12 +7,12 @@ use keepout_sim::Quirks;
 use super::operator::Style;
 use super::play::play;
 use super::spec::Spec;
-use super::world::World;
+use super::world::HostileWorld;
 
 /// The smallest failing session that the search finds: fewer faults, a shorter time, a plain line, a plain
 /// operator.
 #[must_use]
-pub fn shrink(world: &World, spec: &Spec) -> Spec {
+pub fn shrink(world: &HostileWorld, spec: &Spec) -> Spec {
     let fails = |candidate: &Spec| play(world, candidate).verdict.is_some();
     let mut best = spec.clone();
     let mut smaller = true;

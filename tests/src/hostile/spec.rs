@@ -5,13 +5,13 @@ use std::time::Duration;
 use fastrand::Rng;
 use keepout_executor::supervisor::Abilities;
 use keepout_sim::Quirks;
-use keepout_sim::faults::{Damage, Rates};
+use keepout_sim::faults::{ByteDamage, Rates};
 
 use super::operator::Style;
 
 /// A fault that the simulation injects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Fault {
+pub enum HostileFault {
     /// The line delays chunks by up to 10 s.
     Delay,
     /// The line loses chunks.
@@ -47,7 +47,7 @@ pub enum Fault {
     Baud,
 }
 
-impl Fault {
+impl HostileFault {
     /// All faults.
     pub const ALL: [Self; 16] = [
         Self::Delay,
@@ -75,7 +75,7 @@ pub struct Spec {
     /// The seed of the session. The drawing has another seed.
     pub seed: u64,
     /// The injected faults.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<HostileFault>,
     /// The operator's style of jogging.
     pub style: Style,
     /// Whether the operator arms the cycle.
@@ -104,7 +104,7 @@ impl Spec {
     pub fn of(seed: u64) -> Self {
         let mut random = Rng::with_seed(seed);
         let count = [0, 1, 1, 1, 2, 2, 3, 5][random.usize(0..8)];
-        let mut faults = Fault::ALL.to_vec();
+        let mut faults = HostileFault::ALL.to_vec();
         random.shuffle(&mut faults);
         faults.truncate(count);
         let automatic = random.u8(0..3) == 0;
@@ -128,13 +128,13 @@ impl Spec {
         }
     }
 
-    fn has(&self, fault: Fault) -> bool {
+    fn has(&self, fault: HostileFault) -> bool {
         self.faults.contains(&fault)
     }
 
     /// Whether the session has the fault.
     #[must_use]
-    pub fn suffers(&self, fault: Fault) -> bool {
+    pub fn suffers(&self, fault: HostileFault) -> bool {
         self.has(fault)
     }
 
@@ -155,23 +155,23 @@ impl Spec {
         // On a controller with a queue and unnumbered acknowledgements, Keepout counts the acknowledgements.
         // A line that duplicates, and also loses or reorders, within one round trip defeats the count. We
         // assume that no line does both, see docs/safety/assumptions.md.
-        let counts = checked || !queues || !self.suffers(Fault::Doubling);
-        set(Fault::Delay, &mut rates.delay, 0.2);
-        set(Fault::Loss, &mut rates.loss, if counts { 0.05 } else { 0.0 });
-        set(Fault::Doubling, &mut rates.doubling, 0.05);
-        set(Fault::Swap, &mut rates.swap, if counts { 0.1 } else { 0.0 });
-        set(Fault::Noise, &mut rates.noise, 0.02);
+        let counts = checked || !queues || !self.suffers(HostileFault::Doubling);
+        set(HostileFault::Delay, &mut rates.delay, 0.2);
+        set(HostileFault::Loss, &mut rates.loss, if counts { 0.05 } else { 0.0 });
+        set(HostileFault::Doubling, &mut rates.doubling, 0.05);
+        set(HostileFault::Swap, &mut rates.swap, if counts { 0.1 } else { 0.0 });
+        set(HostileFault::Noise, &mut rates.noise, 0.02);
         if to_host {
-            set(Fault::Lie, &mut rates.lie, if counts { 0.2 } else { 0.0 });
+            set(HostileFault::Lie, &mut rates.lie, if counts { 0.2 } else { 0.0 });
         }
-        let damage = if to_host { Fault::DamageToHost } else { Fault::DamageToController };
+        let damage = if to_host { HostileFault::DamageToHost } else { HostileFault::DamageToController };
         set(damage, &mut rates.damage, 0.005);
         rates.kind = match (checked, to_host) {
             // Zaber's checksum has one byte. Two damaged bytes can cancel in it, without detection: see
             // docs/safety/assumptions.md.
-            (true, _) => Damage::One,
-            (false, true) => Damage::Any,
-            (false, false) => Damage::Detectable,
+            (true, _) => ByteDamage::One,
+            (false, true) => ByteDamage::Any,
+            (false, false) => ByteDamage::Detectable,
         };
         rates.delay_max = Duration::from_secs(10);
         rates
@@ -184,13 +184,13 @@ const STARTUP: [[&str; 2]; 6] =
     [["G20", ""], ["G91", ""], ["G55", "G80"], ["G80", "G1F500"], ["", "G92X1"], ["G17G21", "G80"]];
 
 /// The controller's deviations from the plainest one. A session without faults has no quirk that ends it.
-fn quirks(faults: &[Fault], random: &mut Rng) -> Quirks {
-    let startup = if faults.contains(&Fault::Reset) && random.u8(0..4) == 0 {
+fn quirks(faults: &[HostileFault], random: &mut Rng) -> Quirks {
+    let startup = if faults.contains(&HostileFault::Reset) && random.u8(0..4) == 0 {
         STARTUP[random.usize(0..STARTUP.len())]
     } else {
         ["", ""]
     };
-    let resets = faults.contains(&Fault::Reset);
+    let resets = faults.contains(&HostileFault::Reset);
     Quirks {
         plain_hold: random.bool(),
         idle_delay: Duration::from_millis([0, 25][random.usize(0..2)]),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use fastrand::Rng;
 use keepout_executor::dialect::DialectName;
-use keepout_executor::session::{Placement, place_on_table};
+use keepout_executor::session::{TablePlacement, place_on_table};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::{Length, Point, ProhibitedRegion};
 use keepout_planner::machine::MachineProfile;
@@ -18,7 +18,7 @@ use keepout_planner::{Box2, Mm2};
 use super::drawing::random_drawing;
 
 /// A plan, and the data that all sessions in it share.
-pub struct World {
+pub struct HostileWorld {
     /// Its seed.
     pub seed: u64,
     /// The drawing's name.
@@ -32,7 +32,7 @@ pub struct World {
     /// The part, with its index prepared for the collision monitor.
     pub part: Arc<ProhibitedRegion>,
     /// The place of the drawing on the machine.
-    pub place: Placement,
+    pub place: TablePlacement,
     /// The monitor's least clearance while jogging: tool radius plus stock to leave.
     pub by_hand: Length,
     /// A tool with more clearance than this has left the stock to leave for certain.
@@ -60,7 +60,7 @@ const PLACES: usize = 24;
 impl Worlds {
     /// The world of this seed. `None` if its drawing gives no plan, or does not fit its machine.
     #[must_use]
-    pub fn world(&self, seed: u64) -> Option<World> {
+    pub fn world(&self, seed: u64) -> Option<HostileWorld> {
         let mut random = Rng::with_seed(seed);
         let language = self.languages.get(random.usize(0..self.languages.len().max(1)))?.clone();
         let real = !self.real.is_empty() && seed.is_multiple_of(REAL_EVERY);
@@ -88,7 +88,7 @@ impl Worlds {
         let _ = part.prepare(outside);
         let _ = part.prepare(by_hand);
         let _ = part.prepare(plan.plan.tool_radius);
-        let mut world = World {
+        let mut world = HostileWorld {
             seed,
             name,
             language,
@@ -106,7 +106,7 @@ impl Worlds {
     }
 }
 
-impl World {
+impl HostileWorld {
     /// Searches start places in the part's box and around it.
     fn look_for_places(&mut self, random: &mut Rng) {
         let plan = &self.work.plan;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
-use keepout_drives::profile::ProfileError;
+use keepout_drives::profile::DriveProfileError;
 use keepout_planner::file::{FileError, OUTPUT};
 use keepout_planner::plan::PlanError;
 use keepout_planner::plan_file::PlanFileError;
@@ -45,7 +45,7 @@ enum Command {
 pub enum CommandError {
     /// A profile of feed drives or a scenario is invalid.
     #[error(transparent)]
-    Drives(#[from] ProfileError),
+    Drives(#[from] DriveProfileError),
     /// A study can not run.
     #[error(transparent)]
     Study(#[from] StudyError),

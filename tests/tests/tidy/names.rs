@@ -6,14 +6,6 @@ use crate::source::{Exceptions, Offender, judge, product, sources};
 
 /// Names of more than one type.
 const SHARED: &Exceptions = &[
-    ("Contact", "owed: of two edges, and of a jog with a wall"),
-    ("Contour", "owed: the guard's, and the drawing's"),
-    ("Counts", "owed: the guard's, and the supervisor's"),
-    ("Damage", "owed: of a file, and of a byte on a line"),
-    ("Fault", "owed: of a session, and of a hostile simulation"),
-    ("Placement", "owed: on a machine, and of a block in a drawing"),
-    ("ProfileError", "owed: of a drive profile, and of a part's profile"),
-    ("World", "owed: of the proofs, and of the hostile simulation"),
     ("Xy", "a pair of plain numbers, each for one module or test crate"),
 ];
 

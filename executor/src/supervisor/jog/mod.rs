@@ -15,7 +15,7 @@ use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Point};
 use keepout_planner::Mm2;
 use pace::LookAhead;
-pub use search::Contact;
+pub use search::WallContact;
 use search::{Proposal, Push, Search, on_grid, part_of, vector};
 pub(super) use search::{length_mm, standing_off};
 use way::Way;
@@ -152,11 +152,11 @@ impl JogPlanner {
 
     /// Sends the jog that the input requests, as far as the guard certifies it and it is not in flight
     /// already.
-    pub(super) fn steer(&mut self, input: Option<Mm2>, context: &mut JogContext<'_>) -> Contact {
+    pub(super) fn steer(&mut self, input: Option<Mm2>, context: &mut JogContext<'_>) -> WallContact {
         let Some(velocity) = input else { return self.turn_wheels(context) };
         self.turned_mm = Mm2::ZERO;
         if self.resting {
-            return Contact::Unknown;
+            return WallContact::Unknown;
         }
         let length = velocity.length();
         let unit = velocity / length;
@@ -170,7 +170,7 @@ impl JogPlanner {
         }
         let busy = context.guard.unacknowledged() > 0 || !context.guard.takes_lines();
         if self.resting || busy || single && !context.guard.in_position() {
-            return Contact::Unknown;
+            return WallContact::Unknown;
         }
         let speed_mm_s = length * context.limits.speed_mm_s;
         let look = LookAhead::of(context, speed_mm_s);
@@ -178,19 +178,19 @@ impl JogPlanner {
         if context.now < self.next_at && !context.guard.in_position()
             || push.missing_mm(speed_mm_s) < look.least_mm(speed_mm_s)
         {
-            return Contact::Unknown;
+            return WallContact::Unknown;
         }
-        let Some(base) = self.base(context) else { return Contact::Unknown };
+        let Some(base) = self.base(context) else { return WallContact::Unknown };
         let confirmed = context.guard.confirmed().map(FreePoint::point);
         let attempt =
             Fruitless { base: base.point(), confirmed, set: context.guard.in_flight().count(), unit };
         if self.fruitless.is_some_and(|before| before.is_alike(&attempt)) {
             context.counts.clipped += 1;
-            return Contact::Unknown;
+            return WallContact::Unknown;
         }
         let search = Search::new(context.guard);
         let (proposal, contact) = search.reach(base, &push);
-        context.counts.clipped += u64::from(contact != Contact::Free);
+        context.counts.clipped += u64::from(contact != WallContact::Free);
         self.fruitless = proposal.is_none().then_some(attempt);
         let Some(proposal) = proposal else { return contact };
         self.heading = Some(unit);
@@ -234,14 +234,14 @@ impl JogPlanner {
     }
 
     /// Follows the handwheels while the stick is centred, or cancels the jogs of the stick.
-    fn turn_wheels(&mut self, context: &mut JogContext<'_>) -> Contact {
+    fn turn_wheels(&mut self, context: &mut JogContext<'_>) -> WallContact {
         let step = vector(self.turned_mm, 1.0);
         let short = step.dx.abs().max(step.dy.abs()) < context.guard.rules().shortest.units();
         if short {
             if self.heading.is_some() {
                 self.cancel(context);
             }
-            return Contact::Unknown;
+            return WallContact::Unknown;
         }
         if self.heading.is_some() {
             // The operator released the stick before turning the wheel: stop first.
@@ -252,14 +252,14 @@ impl JogPlanner {
             || !context.guard.takes_lines()
             || !context.abilities.queues && !context.guard.in_position();
         if self.resting || busy || self.heading.is_some() {
-            return Contact::Unknown;
+            return WallContact::Unknown;
         }
-        let Some(end) = context.guard.end() else { return Contact::Unknown };
+        let Some(end) = context.guard.end() else { return WallContact::Unknown };
         self.turned_mm = Mm2::ZERO;
         let whole = end.point().translated(step).ok().and_then(on_grid);
         let search = Search::new(context.guard);
-        let Some(admission) = search.prefix(end, step, 0.0) else { return Contact::Wall };
-        let contact = if Some(admission.target()) == whole { Contact::Free } else { Contact::Wall };
+        let Some(admission) = search.prefix(end, step, 0.0) else { return WallContact::Wall };
+        let contact = if Some(admission.target()) == whole { WallContact::Free } else { WallContact::Wall };
         let certified = search.send(Proposal { admission, speed_mm_s: context.limits.speed_mm_s });
         context.send(certified);
         contact

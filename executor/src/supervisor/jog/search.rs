@@ -28,7 +28,7 @@ pub(super) const CREEP: f64 = 0.05;
 
 /// The contact of a proposed jog with the wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contact {
+pub enum WallContact {
     /// Unknown: no jog was proposed, or the jog ends short of a wall.
     Unknown,
     /// No contact: the tool goes where the input leads.
@@ -106,11 +106,11 @@ impl<'a> Search<'a> {
     }
 
     /// The jog that follows the push best, straight or along a wall, and its contact.
-    pub(super) fn reach(&self, base: FreePoint, push: &Push) -> (Option<Proposal<'a>>, Contact) {
+    pub(super) fn reach(&self, base: FreePoint, push: &Push) -> (Option<Proposal<'a>>, WallContact) {
         let missing_mm = push.missing_mm(push.speed_mm_s);
         let (input, pace) = self.within_travel(base.point(), vector(push.unit, missing_mm));
         if let Some(admission) = self.whole(base, input) {
-            return (Some(push.jog(admission, pace)), Contact::Free);
+            return (Some(push.jog(admission, pace)), WallContact::Free);
         }
         let length = length_mm(input).max(1e-9);
         let push = Push { unit: vector_mm(input) / length, speed_mm_s: push.speed_mm_s * pace, ..*push };
@@ -137,17 +137,20 @@ impl<'a> Search<'a> {
 
     /// The jog for a push that meets the part, with non-interpolated axes. It is straight, along a wall
     /// parallel to an axis, or a step of one axis.
-    fn climb(&self, base: FreePoint, push: &Push, input: Vector) -> (Option<Proposal<'a>>, Contact) {
+    fn climb(&self, base: FreePoint, push: &Push, input: Vector) -> (Option<Proposal<'a>>, WallContact) {
         let straight = self.prefix(base, input, SHORTEST_MM);
         let way = |admission: &Admission<'_>| length_mm(admission.target().minus(base.point()));
         let gained = straight.as_ref().map_or(0.0, way);
         let whole = |admission| push.jog(admission, 1.0);
         let wall = self.guard().part().wall(base, contact_band());
         let Some(wall) = wall.filter(|wall| !wall.is_left_by(input)) else {
-            return (straight.map(whole), if gained > 0.0 { Contact::Unknown } else { Contact::Wall });
+            return (
+                straight.map(whole),
+                if gained > 0.0 { WallContact::Unknown } else { WallContact::Wall },
+            );
         };
         let along = wall.slide(input, 12).filter(|&along| length_mm(along) >= CREEP * length_mm(input));
-        let Some(along) = along else { return (straight.map(whole), Contact::Wall) };
+        let Some(along) = along else { return (straight.map(whole), WallContact::Wall) };
         let length = length_mm(along).max(1e-9);
         let share = (length / length_mm(input).max(1e-9)).clamp(CREEP, 1.0);
         let mut best: Option<(f64, Admission<'_>)> = None;
@@ -159,7 +162,7 @@ impl<'a> Search<'a> {
                 best = Some((progress, admission));
             }
         }
-        (best.map(|(_, admission)| push.jog(admission, share)).or(straight.map(whole)), Contact::Wall)
+        (best.map(|(_, admission)| push.jog(admission, share)).or(straight.map(whole)), WallContact::Wall)
     }
 
     /// Whether the motion to `to` keeps a little more than the jogging clearance, unless it begins nearer.

@@ -16,7 +16,7 @@ use keepout_kernel::{FreePoint, Vector};
 use keepout_planner::Mm2;
 use keepout_planner::units::{mm, vector_mm};
 
-use super::search::{CREEP, Contact, Proposal, Push, SHORTEST_MM, Search, length_mm, on_grid, vector};
+use super::search::{CREEP, Proposal, Push, SHORTEST_MM, Search, WallContact, length_mm, on_grid, vector};
 
 /// Height of targets above the jogging limit, mm, because they are rounded to the grid.
 const HEIGHT_MM: f64 = 0.01;
@@ -121,7 +121,7 @@ impl<'a> Search<'a> {
         base: FreePoint,
         push: &Push,
         input: Vector,
-    ) -> (Option<Proposal<'a>>, Contact) {
+    ) -> (Option<Proposal<'a>>, WallContact) {
         let to = base.point().translated(input).unwrap_or(base.point());
         let contact = self.guard().part().clip(base, to);
         let gap_mm = length_mm(contact.point().minus(base.point()));
@@ -129,7 +129,10 @@ impl<'a> Search<'a> {
         let Some(slope) = wall.and_then(|wall| Slope::of(&wall, push.unit, gap_mm)) else {
             // The motion is clear, but its hull with the in-flight set is not.
             let target = self.prefix(base, input, SHORTEST_MM);
-            return (target.and_then(|target| limited(base, push, push.jog(target, 1.0))), Contact::Unknown);
+            return (
+                target.and_then(|target| limited(base, push, push.jog(target, 1.0))),
+                WallContact::Unknown,
+            );
         };
         let length_mm = push.missing_mm(push.speed_mm_s * slope.along).max(SHORTEST_MM);
         let low_mm = (SHALLOW * length_mm).min(SHALLOW_MM).max(2.0 * self.highest_mm());
@@ -137,9 +140,9 @@ impl<'a> Search<'a> {
         if rests || slope.height_mm > low_mm {
             let way_mm = if rests { gap_mm } else { gap_mm - HEIGHT_MM / slope.into };
             let target = self.prefix(base, vector(push.unit, way_mm), SHORTEST_MM);
-            return (target.map(|target| push.jog(target, 1.0)), Contact::Wall);
+            return (target.map(|target| push.jog(target, 1.0)), WallContact::Wall);
         }
-        (self.follow(base, &slope, push), Contact::Wall)
+        (self.follow(base, &slope, push), WallContact::Wall)
     }
 
     /// The greatest height along a curved wall: the stock to leave, and at least [`HIGHEST_MM`].

@@ -124,7 +124,7 @@ pub enum StudyError {
     },
     /// The drive profile is invalid.
     #[error(transparent)]
-    Drives(#[from] keepout_drives::profile::ProfileError),
+    Drives(#[from] keepout_drives::profile::DriveProfileError),
     /// The profile does not fit into the travel of the machine.
     #[error(transparent)]
     Place(#[from] keepout_executor::session::PlaceError),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use keepout_drives::controllers::kind::{Kind, Setting};
 use keepout_drives::controllers::selection::Environment;
 use keepout_drives::metrics::figure;
-use keepout_drives::profile::{DriveProfile, ProfileError, Uncertainty};
+use keepout_drives::profile::{DriveProfile, DriveProfileError, Uncertainty};
 use keepout_drives::run::{RunOutcome, Task};
 use keepout_planner::report::table::markdown;
 
@@ -128,14 +128,14 @@ impl Comparison {
     /// the number of finished runs and of all runs.
     ///
     /// # Errors
-    /// [`ProfileError`] for a row with an unknown machine, or if the runs need more memory than allowed.
+    /// [`DriveProfileError`] for a row with an unknown machine, or if the runs need more memory than allowed.
     pub fn run(
         scenarios: &[DriveScenario],
         machine: Option<&DriveProfile>,
         kinds: &[Kind],
         error: ModelError,
         progress: &mut dyn FnMut(usize, usize),
-    ) -> Result<Self, ProfileError> {
+    ) -> Result<Self, DriveProfileError> {
         let count = scenarios.len() * kinds.len();
         let mut samples = 0.0;
         let mut rows = Vec::new();
@@ -148,7 +148,7 @@ impl Comparison {
             if samples > MOST_KEPT {
                 let field = "the number of samples of all rows and controllers";
                 let range = format!("{MOST_KEPT} at most: choose fewer with --scenario and --controller");
-                return Err(ProfileError::Figure {
+                return Err(DriveProfileError::Figure {
                     name: scenario.name.clone(),
                     field,
                     value: samples,

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::metrics::figure;
-use keepout_drives::profile::{DriveProfile, ProfileError};
+use keepout_drives::profile::{DriveProfile, DriveProfileError};
 
 use super::comparison::{ModelError, Row};
 use super::scenario::DriveScenario;
@@ -76,7 +76,7 @@ const BEYOND: [Kind; 4] = [Kind::CccFeedforward, Kind::OptimalCcc, Kind::Gpc, Ki
 ///
 /// # Errors
 /// Only if a built-in file is invalid.
-pub fn cells() -> Result<Vec<Cell>, ProfileError> {
+pub fn cells() -> Result<Vec<Cell>, DriveProfileError> {
     let scenarios = DriveScenario::built_in()?;
     let mut cells = Vec::new();
     for (name, scenario, mut columns) in rows() {

@@ -9,7 +9,7 @@ use keepout_drives::drive::Drive;
 use keepout_drives::metrics::{Spread, figure};
 use keepout_drives::path::Path;
 use keepout_drives::plant::PlantModel;
-use keepout_drives::profile::{BUILT_IN, DriveProfile, ProfileError};
+use keepout_drives::profile::{BUILT_IN, DriveProfile, DriveProfileError};
 use keepout_drives::reference::{Ramp, Reference};
 use keepout_drives::run::Task;
 
@@ -32,7 +32,7 @@ pub struct Page {
 ///
 /// # Errors
 /// Only if a built-in file is invalid.
-pub fn page(progress: &mut dyn FnMut(usize, usize)) -> Result<Page, ProfileError> {
+pub fn page(progress: &mut dyn FnMut(usize, usize)) -> Result<Page, DriveProfileError> {
     let scenarios = DriveScenario::built_in()?;
     let steps = FIGURES.len() + 3;
     let mut text = String::from(HEAD);
@@ -141,7 +141,7 @@ fn transient() -> f64 {
     task.run(&mut controller).figures.contour.max * 10.0
 }
 
-fn machines(text: &mut String) -> Result<(), ProfileError> {
+fn machines(text: &mut String) -> Result<(), DriveProfileError> {
     text.push_str(
         "\n## The machines\n\n\
          | profile | pulses/mm | T | K of X, Y | tau of X, Y | friction of X, Y | limit |\n\
@@ -166,7 +166,7 @@ fn machines(text: &mut String) -> Result<(), ProfileError> {
     Ok(())
 }
 
-fn tables(text: &mut String, scenarios: &[DriveScenario]) -> Result<(), ProfileError> {
+fn tables(text: &mut String, scenarios: &[DriveScenario]) -> Result<(), DriveProfileError> {
     let exact = Comparison::run(scenarios, None, &Kind::ALL, ModelError::NONE, &mut |_, _| {})?;
     let _ = write!(
         text,
@@ -212,7 +212,7 @@ fn choices(comparison: &Comparison) -> String {
     chosen.collect::<Vec<_>>().join(",")
 }
 
-fn row_of(scenarios: &[DriveScenario], name: &str) -> Result<Option<Row>, ProfileError> {
+fn row_of(scenarios: &[DriveScenario], name: &str) -> Result<Option<Row>, DriveProfileError> {
     let Some(scenario) = scenarios.iter().find(|row| row.name == name) else { return Ok(None) };
     Ok(Some(Row::new(scenario, &DriveProfile::load(&scenario.machine)?)))
 }
@@ -221,7 +221,7 @@ fn figure_of(
     text: &mut String,
     each: &PaperFigure,
     scenarios: &[DriveScenario],
-) -> Result<Option<(String, String)>, ProfileError> {
+) -> Result<Option<(String, String)>, DriveProfileError> {
     let Some(mut row) = row_of(scenarios, each.row)? else { return Ok(None) };
     let DriveScenario { title, feed_m_min, .. } = &row.scenario;
     let _ = write!(
@@ -252,7 +252,10 @@ fn figure_of(
     Ok(Some((name, picture::svg(&row))))
 }
 
-fn beyond(text: &mut String, scenarios: &[DriveScenario]) -> Result<Option<(String, String)>, ProfileError> {
+fn beyond(
+    text: &mut String,
+    scenarios: &[DriveScenario],
+) -> Result<Option<(String, String)>, DriveProfileError> {
     text.push_str(
         "| | CCC | contouring, exact | worst of ±5 % | unknown delay | CCC, the same delay |\n\
          |---|---|---|---|---|---|\n",
@@ -286,7 +289,10 @@ fn beyond(text: &mut String, scenarios: &[DriveScenario]) -> Result<Option<(Stri
 }
 
 /// The axial errors of repetitive control per round, and their picture.
-fn rounds(text: &mut String, scenarios: &[DriveScenario]) -> Result<Option<(String, String)>, ProfileError> {
+fn rounds(
+    text: &mut String,
+    scenarios: &[DriveScenario],
+) -> Result<Option<(String, String)>, DriveProfileError> {
     let Some(mut row) = row_of(scenarios, "R1")? else { return Ok(None) };
     let round = row.scenario.round(&row.machine).unwrap_or(1);
     let kinds = [Kind::P, Kind::Repetitive];

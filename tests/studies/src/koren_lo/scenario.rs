@@ -3,7 +3,7 @@
 use keepout_drives::Axes;
 use keepout_drives::path::{Path, PathPiece};
 use keepout_drives::plant::Friction;
-use keepout_drives::profile::{DriveProfile, ProfileError};
+use keepout_drives::profile::{DriveProfile, DriveProfileError};
 use keepout_drives::reference::{Ramp, Reference};
 use keepout_drives::run::{Cutting, Task};
 use keepout_planner::text_file;
@@ -130,25 +130,25 @@ impl DriveScenario {
     ///
     /// # Errors
     /// Only if the built-in file is invalid.
-    pub fn built_in() -> Result<Vec<Self>, ProfileError> {
+    pub fn built_in() -> Result<Vec<Self>, DriveProfileError> {
         Self::parse("scenarios.toml", include_str!("scenarios.toml"))
     }
 
     /// Reads the rows of a TOML file. Messages refer to it by `name`.
     ///
     /// # Errors
-    /// [`ProfileError`] with the row and the field.
-    pub fn parse(name: &str, text: &str) -> Result<Vec<Self>, ProfileError> {
+    /// [`DriveProfileError`] with the row and the field.
+    pub fn parse(name: &str, text: &str) -> Result<Vec<Self>, DriveProfileError> {
         let rows: Rows = toml::from_str(text)
-            .map_err(|error| ProfileError::Parse { name: name.into(), reason: error.to_string() })?;
+            .map_err(|error| DriveProfileError::Parse { name: name.into(), reason: error.to_string() })?;
         for (number, row) in rows.scenario.iter().enumerate() {
             if rows.scenario[..number].iter().any(|other| other.name == row.name) {
                 let reason = format!("two scenarios are named {}", row.name);
-                return Err(ProfileError::Parse { name: name.into(), reason });
+                return Err(DriveProfileError::Parse { name: name.into(), reason });
             }
             if let Some((field, value, range)) = row.out_of_range() {
                 let name = format!("{name}: {}", row.name);
-                return Err(ProfileError::Figure { name, field, value, range });
+                return Err(DriveProfileError::Figure { name, field, value, range });
             }
         }
         Ok(rows.scenario)
@@ -201,8 +201,8 @@ impl DriveScenario {
     /// Checks that the values are in range, and that a run on `machine` has at most ten million samples.
     ///
     /// # Errors
-    /// [`ProfileError`] with the row and the field.
-    pub fn checked(&self, machine: &DriveProfile) -> Result<(), ProfileError> {
+    /// [`DriveProfileError`] with the row and the field.
+    pub fn checked(&self, machine: &DriveProfile) -> Result<(), DriveProfileError> {
         let samples = self.samples(machine);
         let wrong = match self.out_of_range() {
             None if samples > MOST_SAMPLES => {
@@ -212,7 +212,7 @@ impl DriveScenario {
         };
         wrong.map_or(Ok(()), |(field, value, range)| {
             let name = format!("{} on {}", self.name, machine.name);
-            Err(ProfileError::Figure { name, field, value, range })
+            Err(DriveProfileError::Figure { name, field, value, range })
         })
     }
 
