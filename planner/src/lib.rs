@@ -30,6 +30,7 @@ pub mod merge;
 pub mod mesh;
 mod mm2;
 pub mod plan;
+mod plan_error;
 pub mod plan_file;
 pub mod profile;
 pub mod report;

@@ -58,7 +58,7 @@ impl TermKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::LatticeRounding => "lattice rounding",
-            Self::ChordError => "chord error",
+            Self::ChordError => "chord slack",
             Self::StepResolution => "controller resolution: step",
             Self::ReportResolution => "controller resolution: report",
             Self::Arithmetic => "controller arithmetic",

@@ -4,16 +4,16 @@ use std::sync::OnceLock;
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::Outline;
-use keepout_kernel::{LatticeError, Length, Point, ProhibitedRegion, Ring, Segment};
+use keepout_kernel::{Length, Point, ProhibitedRegion, Ring, Segment};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
-use crate::finish::{FinishError, FinishingPath, PathRefusal, centre_distance, propose};
+use crate::finish::{FinishingPath, centre_distance, propose};
 use crate::machine::MachineProfile;
-use crate::margin::{Budget, MarginError};
+use crate::margin::Budget;
 use crate::merge::merged;
 use crate::mesh::Mesh;
-use crate::profile::{MachinedSide, Profile, ProfileError, free_outlines};
+pub use crate::plan_error::PlanError;
+use crate::profile::{MachinedSide, Profile, free_outlines};
 use crate::request::Stage;
 use crate::units::{length_up_from_mm, mm, window_mm};
 use crate::{Box2, Mm2};
@@ -49,8 +49,8 @@ impl Default for PlanParameters {
 }
 
 /// Smallest and largest diameter of a tool, mm.
-const TOOL_MIN_MM: f64 = 0.001;
-const TOOL_MAX_MM: f64 = 500.0;
+pub(crate) const TOOL_MIN_MM: f64 = 0.001;
+pub(crate) const TOOL_MAX_MM: f64 = 500.0;
 /// Accepted feeds of contours, mm/min.
 pub const FEEDS_MM_MIN: std::ops::RangeInclusive<u32> = 1..=600_000;
 /// Largest number of finishing passes of a plan.
@@ -163,70 +163,6 @@ pub struct Plan {
     pub cut: Cut,
     /// The finishing passes, first to last; there is at least one.
     pub passes: Vec<Pass>,
-}
-
-/// Reason why planning fails, or why a plan is refused.
-#[derive(Debug, Error)]
-pub enum PlanError {
-    /// The loops bound no part.
-    #[error(transparent)]
-    Profile(#[from] ProfileError),
-    /// The margin is refused.
-    #[error(transparent)]
-    Margin(#[from] MarginError),
-    /// The planner finds no finishing toolpath.
-    #[error(transparent)]
-    Finish(#[from] FinishError),
-    /// A length is off the lattice.
-    #[error("{what}: {source}")]
-    Length {
-        /// Name of the length.
-        what: &'static str,
-        /// The reason.
-        source: LatticeError,
-    },
-    /// The tool's diameter is out of range.
-    #[error(
-        "a tool diameter of {diameter_mm} mm is out of range. \
-         Give one between {TOOL_MIN_MM} and {TOOL_MAX_MM} mm."
-    )]
-    Tool {
-        /// The given diameter, mm.
-        diameter_mm: f64,
-    },
-    /// A finishing pass does not hold its claims.
-    #[error("finishing pass {number}: {refusal}")]
-    Pass {
-        /// The pass, from 1.
-        number: usize,
-        /// The reason.
-        refusal: PathRefusal,
-    },
-    /// A pass removes no stock: it leaves as much as the pass before it, or more.
-    #[error(
-        "a finishing pass leaves {stock_to_leave_mm:.4} mm. Each pass must leave less than the one before, \
-         and the first at most the stock to leave (--stock-to-leave-mm)."
-    )]
-    PassOrder {
-        /// Stock that the pass leaves, mm.
-        stock_to_leave_mm: f64,
-    },
-    /// The feed of a finishing pass is out of range.
-    #[error(
-        "a finishing pass has a feed of {mm_min} mm/min, it must be between {} and {}. \
-         Make the plan again from the drawing.",
-        FEEDS_MM_MIN.start(), FEEDS_MM_MIN.end()
-    )]
-    Feed {
-        /// The feed.
-        mm_min: u32,
-    },
-    /// The number of finishing passes is out of range.
-    #[error("{count} finishing passes: a plan has at least one and at most {PASSES_MAX}")]
-    PassCount {
-        /// Number of passes.
-        count: usize,
-    },
 }
 
 /// A plan whose claims all hold, with the part that the check used.

@@ -68,14 +68,11 @@ fn long_lines_are_noticed() {
 
 /// Files that are too long.
 const LONG_FILES: &Exceptions = &[
-    ("executor/cli/src/main.rs", "owed: a module of the arguments"),
     ("executor/cli/tests/processes.rs", "owed: a module of the tests with a device"),
     ("executor/guard/src/tests.rs", "owed"),
     ("executor/sim/src/grbl/mod.rs", "owed"),
     ("kernel/src/exact/bezier.rs", "owed: results of the fault catalogue hold for this path"),
     ("kernel/src/index/cells.rs", "owed: results of the fault catalogue hold for this path"),
-    ("planner/src/drawing/chain.rs", "owed: a module of doubled curves"),
-    ("planner/src/plan.rs", "owed: a module of the errors"),
     ("planner/tests/resume.rs", "owed"),
     ("proofs/src/controller.rs", "owed: a module of what goes wrong"),
     ("proofs/src/properties/guard.rs", "owed"),

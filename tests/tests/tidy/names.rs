@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use crate::source::{Exceptions, Offender, judge, product, sources};
 
 /// Names of more than one type.
-const SHARED: &Exceptions = &[
-    ("Xy", "a pair of plain numbers, each for one module or test crate"),
-];
+const SHARED: &Exceptions = &[("Xy", "a pair of plain numbers, each for one module or test crate")];
 
 /// Places whose public signatures may have two bare reals.
 const BARE_PAIRS: &Exceptions = &[

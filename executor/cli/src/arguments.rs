@@ -1,0 +1,379 @@
+//! The arguments of the program's commands.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use keepout_planner::Mm2;
+use keepout_planner::align::{PROBE_ERROR_MM, ProbePoint, TOLERANCE_MM};
+use keepout_planner::job::LoopNumber;
+use keepout_planner::plan::{Cut, FEEDS_MM_MIN, PassParameters};
+use keepout_planner::profile::MachinedSide;
+
+use crate::values::{pair, pass, time};
+
+/// Machine a part by hand, straight from its drawing. The computer keeps the tool out of the part, whatever
+/// you do. Then it cuts the finishing contour by itself.
+#[derive(Debug, Parser)]
+#[command(version, after_help = EXIT_CODES)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: CliCommand,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done · 2 wrong arguments · 3 the drawing cannot be used \
+    · 4 no plan can be made (tool, margin, contours) · 5 a plan or log is damaged, or does not hold when it \
+    is proved again · 6 port, controller or machine fault · 7 a file cannot be written \
+    · 8 the collision monitor saw the tool in the part · 9 the run ended before the contour was finished";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum CliCommand {
+    /// List the layers, contours, repairs and problems of a DXF drawing, and draw them.
+    Inspect(InspectArguments),
+    /// Find how the workpiece lies on the machine, from probe points or probed edges.
+    Align(AlignArguments),
+    /// Make a plan from a DXF drawing: the part, the keep-out zones and the finishing toolpath.
+    Plan(PlanArguments),
+    /// Draw a plan as an SVG picture.
+    Show(ShowArguments),
+    /// Prove a plan again, from the plan file alone.
+    Verify {
+        /// The plan.
+        plan: PathBuf,
+        #[command(flatten)]
+        time: CertifyTime,
+    },
+    /// Jog the machine around the part by hand, then let it cut the contour.
+    Run(RunArguments),
+    /// Replay the log of a run: certify every sent command again, and draw the run.
+    Replay(crate::replay::ReplayArguments),
+    /// Make the page that is kept with the part, from the log of its run.
+    Report(crate::report::ReportArguments),
+    /// Check a controller before the first session: its identity, its settings and its answer times.
+    ///
+    /// Sends only queries: the machine does not move, and no setting changes. With --conformance it moves the
+    /// tool in a small box, after you confirm. The exit code is 0 if a session can begin. It is 6 if the port
+    /// or the controller does not answer, or if its settings do not allow a session.
+    Doctor(crate::doctor::DoctorArguments),
+    /// Compute the contour-error term of the margin for feed drives.
+    #[command(subcommand)]
+    Drives(crate::drives::DrivesCommand),
+    /// Simulate a machine behind a pty, to try out hosts and other programs.
+    ///
+    /// Prints the name of the device to open, and runs until SIGINT or SIGTERM. SIGUSR1 unplugs the cable and
+    /// plugs it in again: the program closes the device and opens another.
+    #[cfg(unix)]
+    Simulate(crate::simulate::SimulateArguments),
+    /// Run an end-to-end job with the built-in drawing and the simulated machine, and write a report.
+    Demo {
+        /// Folder for the plan, the pictures and the report.
+        #[arg(short, long, default_value = "keepout-demo")]
+        output: PathBuf,
+        /// Time that the operator pushes at the wall, seconds of machine time.
+        #[arg(long, default_value_t = 60.0)]
+        jog_s: f64,
+    },
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum SideArgument {
+    /// The tool works outside the contour; the part is inside it.
+    Outside,
+    /// The tool works inside the contour; the part is around it.
+    Inside,
+}
+
+impl From<SideArgument> for MachinedSide {
+    fn from(side: SideArgument) -> Self {
+        match side {
+            SideArgument::Outside => Self::Outside,
+            SideArgument::Inside => Self::Inside,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum CutArgument {
+    /// Part on the left of the path. The cutter does not pull itself into the part when a drive has backlash.
+    Conventional,
+    /// Part on the right of the path, for drives without backlash.
+    Climb,
+}
+
+impl From<CutArgument> for Cut {
+    fn from(cut: CutArgument) -> Self {
+        match cut {
+            CutArgument::Conventional => Self::Conventional,
+            CutArgument::Climb => Self::Climb,
+        }
+    }
+}
+
+/// Entities that bound contours only when the user requests them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Extra {
+    /// The boundaries of hatches.
+    Hatch,
+    /// The outlines of solids and traces.
+    Solid,
+}
+
+/// Choice of the entities of a drawing.
+#[derive(Debug, Args)]
+pub(crate) struct DrawingArguments {
+    /// The drawing: a DXF file, ASCII or binary.
+    pub(crate) drawing: PathBuf,
+    /// Use only these layers of the drawing. Can be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) layer: Vec<String>,
+    /// Leave out these layers. Can be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) without_layer: Vec<String>,
+    /// The drawing's unit, if the file states no unit or a wrong one: mm, cm, m, in, ft.
+    #[arg(long, value_name = "UNIT")]
+    pub(crate) units: Option<String>,
+    /// Largest gap that is closed, mm. The output lists each closed gap.
+    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::JOIN_MM)]
+    pub(crate) join_mm: f64,
+    /// Tolerance of the arcs and lines that replace splines and ellipses, mm.
+    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::CURVE_MM)]
+    pub(crate) curve_mm: f64,
+    /// Use lines of this line type although it has gaps. Can be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) line_type: Vec<String>,
+    /// Use these entities as contours, too.
+    #[arg(long, value_enum)]
+    pub(crate) with: Vec<Extra>,
+    /// Rotation of the workpiece on the table. Turns the drawing about its origin, counter-clockwise.
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub(crate) rotate_deg: Option<f64>,
+    /// Move the drawing after its rotation, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    pub(crate) offset_mm: Option<Mm2>,
+    /// Stop if the work takes longer than this time, s.
+    #[arg(long, value_name = "S", default_value_t = crate::plan::LIMIT_S, value_parser = time)]
+    pub(crate) limit_s: f64,
+}
+
+/// Time limit for the proof of a plan.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct CertifyTime {
+    /// Stop if the proof of the plan takes longer than this time, s.
+    #[arg(long, value_name = "S", default_value_t = crate::plan::LIMIT_S, value_parser = time)]
+    pub(crate) certify_limit_s: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InspectArguments {
+    #[command(flatten)]
+    pub(crate) drawing: DrawingArguments,
+    /// Draw the contours, with repairs and problems marked.
+    #[arg(short, long, value_name = "FILE.svg")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct AlignArguments {
+    #[command(flatten)]
+    pub(crate) drawing: DrawingArguments,
+    /// Machined side of the contour. The probe touches edges from this side.
+    #[arg(long, value_enum, default_value = "outside")]
+    pub(crate) side: SideArgument,
+    /// A point of the drawing, and the machine coordinates of the tool's centre on this point, mm. Two or
+    /// more points also measure the rotation. One point alone gives the offset.
+    #[arg(long, value_name = "DX,DY=MX,MY", value_parser = crate::align::probe_point, allow_hyphen_values = true)]
+    pub(crate) point: Vec<ProbePoint>,
+    /// A place near a straight edge of the drawing, and the machine coordinates of the tool's centre when the
+    /// tool touched that edge, mm. Two on one edge and one on another edge also measure the rotation. One on
+    /// each of two edges gives the offset.
+    #[arg(long, value_name = "DX,DY=MX,MY", value_parser = crate::align::probe_point, allow_hyphen_values = true,
+        requires = "probe_diameter")]
+    pub(crate) edge: Vec<ProbePoint>,
+    /// Diameter of the probe or tool that touched the edges, mm.
+    #[arg(long, value_name = "MM")]
+    pub(crate) probe_diameter: Option<f64>,
+    /// Largest error of a probe point, mm.
+    #[arg(long, value_name = "MM", default_value_t = PROBE_ERROR_MM)]
+    pub(crate) probe_error_mm: f64,
+    /// Largest accepted difference between drawing and machine, mm.
+    #[arg(long, value_name = "MM", default_value_t = TOLERANCE_MM)]
+    pub(crate) tolerance_mm: f64,
+    /// Output file of the alignment, TOML.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PlanArguments {
+    #[command(flatten)]
+    pub(crate) drawing: DrawingArguments,
+    /// Alignment file of `keepout align`. Turns the drawing as the workpiece lies. `run` needs the same file.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rotate_deg", "offset_mm"])]
+    pub(crate) alignment: Option<PathBuf>,
+    /// Diameter of the cutter, mm.
+    #[arg(long, value_name = "MM")]
+    pub(crate) tool_diameter: f64,
+    /// Machined side of the contour.
+    #[arg(long, value_enum, default_value = "outside")]
+    pub(crate) side: SideArgument,
+    /// Stock to leave: the stock that jogging leaves for the finishing cut, mm.
+    #[arg(long, value_name = "MM", default_value_t = 0.2)]
+    pub(crate) stock_to_leave_mm: f64,
+    /// Total margin for the machine's errors, mm. Without it, the figures of the machine profile give the
+    /// margin.
+    #[arg(long, value_name = "MM")]
+    pub(crate) margin_mm: Option<f64>,
+    /// Use only the smallest contour around this point, and the contours directly inside it. Can be repeated.
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    pub(crate) at: Vec<Mm2>,
+    /// Use only contours of at least this area, mm².
+    #[arg(long, value_name = "MM2")]
+    pub min_area_mm2: Option<f64>,
+    /// Use only contours of at most this area, mm².
+    #[arg(long, value_name = "MM2")]
+    pub max_area_mm2: Option<f64>,
+    /// Leave out curves that do not close, and list them. Without this option they make the drawing unusable.
+    #[arg(long)]
+    pub(crate) leave_out_open: bool,
+    /// Layer of keep-out zones: the tool also keeps out of its closed contours, such as clamps or a vice. Can
+    /// be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) keep_out_layer: Vec<String>,
+    /// Layer of the machine's travel: one rectangle that the tool's centre does not leave.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) travel_layer: Option<String>,
+    /// A finishing pass: the stock that it leaves in mm, then a colon and its feed in mm/min. Give it twice
+    /// for a double pass, such as --pass 0.1:900 --pass 0:600. Without it, one pass cuts the contour itself.
+    #[arg(long, value_name = "MM[:F]", value_parser = pass)]
+    pub(crate) pass: Vec<PassParameters>,
+    /// Cutting direction, for a cutter that turns clockwise seen from above.
+    #[arg(long, value_enum, default_value = "conventional")]
+    pub(crate) cut: CutArgument,
+    /// Machine profile, a TOML file. Without it, the plan uses the figures of the simulated machine.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) machine_profile: Option<PathBuf>,
+    /// Output file of the plan.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ShowArguments {
+    /// The plan.
+    pub(crate) plan: PathBuf,
+    #[command(flatten)]
+    pub(crate) time: CertifyTime,
+    /// Output file of the picture, SVG.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MachineArgument {
+    /// The simulated machine behind a pty, in real time.
+    Sim,
+    /// The simulated machine in virtual time: minutes pass in seconds.
+    SimFast,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RunArguments {
+    /// The plan.
+    pub(crate) plan: PathBuf,
+    #[command(flatten)]
+    pub(crate) time: CertifyTime,
+    /// Feed drives of the simulated machine: a profile of `drives budget`, or `none`. With `none` the tool
+    /// follows every command exactly.
+    #[arg(long, default_value = "simulated", value_name = "PROFILE", conflicts_with = "port")]
+    pub(crate) drives: String,
+    /// The simulated machine of this run.
+    #[arg(long, value_enum, default_value = "sim", conflicts_with = "port")]
+    pub(crate) machine: MachineArgument,
+    /// The serial port of a real machine, such as /dev/ttyUSB0.
+    #[arg(long, value_name = "DEVICE", requires = "place")]
+    pub(crate) port: Option<String>,
+    /// Dialect of the controller: grbl, grblhal, zaber, venus, or a file that describes another dialect.
+    #[arg(long, value_name = "DIALECT", default_value = "grbl")]
+    pub(crate) dialect: String,
+    /// Baud rate of the port.
+    #[arg(long, default_value_t = 115_200)]
+    pub(crate) baud: u32,
+    /// Machine coordinates of the drawing's origin, mm. A real machine needs this option or --alignment.
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, group = "place")]
+    pub(crate) origin_mm: Option<Mm2>,
+    /// Alignment file of `keepout align`, the same file as in `keepout plan`. It gives the drawing's origin.
+    #[arg(long, value_name = "FILE", group = "place")]
+    pub(crate) alignment: Option<PathBuf>,
+    /// Home the real machine first. Raise the tool before.
+    #[arg(long)]
+    pub(crate) home: bool,
+    /// State that the real machine was homed since power-up, and that no alarm was unlocked by hand since
+    /// then.
+    #[arg(long, conflicts_with = "home")]
+    pub(crate) homed: bool,
+    /// The operator: keyboard; gamepad or gamepad:DEVICE; handwheel or handwheel:DEVICE; a model (calm,
+    /// jittery, wall, random, stuck, reversal); a script file; trace:FILE.
+    #[arg(long, default_value = "calm")]
+    pub(crate) operator: String,
+    /// Record every change of the operator's input in this new file. --operator trace:FILE plays it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record_trace: Option<PathBuf>,
+    /// Show the position, the wall and a small plan on the whole terminal. Has no effect without a terminal.
+    #[arg(long)]
+    pub(crate) view: bool,
+    /// Gamepad: radius of the dead zone, as a share of the stick's throw.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.12)]
+    pub(crate) dead_zone: f64,
+    /// Gamepad: share of the cubic term in the stick's response, 0 to 1. A larger share is finer near the
+    /// centre.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5)]
+    pub(crate) expo: f64,
+    /// Time that a modelled operator jogs before it touches the part, s.
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    pub(crate) jog_s: f64,
+    /// Feed of the finishing contour, mm/min.
+    #[arg(long, value_name = "F", default_value_t = 900, value_parser = clap::value_parser!(u32)
+        .range(i64::from(*FEEDS_MM_MIN.start())..=i64::from(*FEEDS_MM_MIN.end())))]
+    pub(crate) feed_mm_min: u32,
+    /// Stop if the controller at the port does not answer within this time, s.
+    #[arg(long, value_name = "S", default_value_t = 5.0)]
+    pub(crate) answer_within_s: f64,
+    /// Stop the run after this time, s.
+    #[arg(long, value_name = "S", default_value_t = 3600.0)]
+    pub(crate) limit_s: f64,
+    /// Simulated machine: added delay each way, ms.
+    #[arg(long, value_name = "MS", default_value_t = 1)]
+    pub(crate) latency_ms: u64,
+    /// Simulated machine: travel in x and y, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair)]
+    pub(crate) travel_mm: Option<Mm2>,
+    /// Simulated machine: start position of the tool's centre, drawing coordinates, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
+    pub(crate) start_mm: Option<Mm2>,
+    /// Simulated machine and operator: seed of the random numbers.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Write the event log of the run to this file, which must not exist yet.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) log: Option<PathBuf>,
+    /// Continue with the remaining contours of an earlier run: the log of that run. The program replays this
+    /// log first. --log must name another file.
+    #[arg(long, value_name = "LOG")]
+    pub(crate) resume: Option<PathBuf>,
+    /// With --resume: cut this whole loop again. Give its number as printed: "LOOP", or "LOOP:PASS" for a
+    /// pass after the first. Can be repeated.
+    #[arg(long, value_name = "LOOP[:PASS]", value_parser = crate::resume::number, requires = "resume")]
+    pub(crate) recut: Vec<LoopNumber>,
+    /// With --resume: state that the workpiece was shifted on the machine since that run, not turned, and was
+    /// measured again.
+    #[arg(long, requires = "resume")]
+    pub(crate) moved: bool,
+    /// Write a page with a picture and a table.
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// Write a picture of the run.
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) picture: Option<PathBuf>,
+}
