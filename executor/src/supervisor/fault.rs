@@ -77,19 +77,13 @@ pub enum Fault {
     #[error("a line was lost on the way to the controller. Check cable and baud rate.")]
     LineLost,
     /// The work offset of the controller changed during the session.
-    #[error(
-        "the controller's work offset changed while the session ran: someone set it at the controller. \
-         Home the machine again."
-    )]
+    #[error("the controller's work offset changed: someone set it there. Home the machine again.")]
     OffsetChanged,
     /// The guard refused a reply of the controller.
     #[error("stopped: {0}. Find the cause, then home the machine again.")]
     Guard(#[from] Refusal),
     /// The controller entered a state without a command.
-    #[error(
-        "the controller entered the state \"{mode}\" without a command. Perhaps someone pressed a button there, \
-         or a door opened. Find the cause, then home the machine again."
-    )]
+    #[error("the controller went to \"{mode}\" by itself: by a button, or a door. Home the machine again.")]
     Unexpected {
         /// The new state.
         mode: Mode,

@@ -144,10 +144,8 @@ impl<'a> Search<'a> {
         let whole = |admission| push.jog(admission, 1.0);
         let wall = self.guard().part().wall(base, contact_band());
         let Some(wall) = wall.filter(|wall| !wall.is_left_by(input)) else {
-            return (
-                straight.map(whole),
-                if gained > 0.0 { WallContact::Unknown } else { WallContact::Wall },
-            );
+            let contact = if gained > 0.0 { WallContact::Unknown } else { WallContact::Wall };
+            return (straight.map(whole), contact);
         };
         let along = wall.slide(input, 12).filter(|&along| length_mm(along) >= CREEP * length_mm(input));
         let Some(along) = along else { return (straight.map(whole), WallContact::Wall) };

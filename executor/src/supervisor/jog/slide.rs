@@ -129,10 +129,8 @@ impl<'a> Search<'a> {
         let Some(slope) = wall.and_then(|wall| Slope::of(&wall, push.unit, gap_mm)) else {
             // The motion is clear, but its hull with the in-flight set is not.
             let target = self.prefix(base, input, SHORTEST_MM);
-            return (
-                target.and_then(|target| limited(base, push, push.jog(target, 1.0))),
-                WallContact::Unknown,
-            );
+            let jog = target.and_then(|target| limited(base, push, push.jog(target, 1.0)));
+            return (jog, WallContact::Unknown);
         };
         let length_mm = push.missing_mm(push.speed_mm_s * slope.along).max(SHORTEST_MM);
         let low_mm = (SHALLOW * length_mm).min(SHALLOW_MM).max(2.0 * self.highest_mm());
