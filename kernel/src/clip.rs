@@ -178,9 +178,8 @@ impl Line {
     /// The smallest share of the motion, in [0, 1], that is within `r` of the chord.
     fn contact(&self, chord: Segment, r: f64) -> Option<f64> {
         let (a, b) = (Vec2::from(chord.from), Vec2::from(chord.to));
-        let (ux, uy) = (b.x - a.x, b.y - a.y);
-        let (wx, wy) = (self.start.x - a.x, self.start.y - a.y);
-        let length_2 = ux * ux + uy * uy;
+        let (along, w) = (b - a, self.start - a);
+        let length_2 = along.dot(along);
         let mut first = f64::INFINITY;
         let mut consider = |t: f64| {
             if t < first && (0.0..=1.0).contains(&t) {
@@ -189,12 +188,12 @@ impl Line {
         };
         if length_2 > 0.0 {
             // Beside the chord: the distance from its line is r on the side of the start.
-            let off = ux * wy - uy * wx;
-            let rate = ux * self.span.y - uy * self.span.x;
+            let off = along.cross(w);
+            let rate = along.cross(self.span);
             let reach = r * libm::sqrt(length_2);
             if off * rate < 0.0 && off.abs() >= reach {
                 let t = (off.abs() - reach) / rate.abs();
-                let foot = (wx + self.span.x * t) * ux + (wy + self.span.y * t) * uy;
+                let foot = (w + self.span * t).dot(along);
                 if (0.0..=length_2).contains(&foot) {
                     return (t <= 1.0).then_some(t);
                 }

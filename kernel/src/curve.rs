@@ -20,10 +20,7 @@ impl Curve {
     #[must_use]
     pub fn length(&self) -> f64 {
         match self {
-            Self::Line(segment) => {
-                let d = segment.to.minus(segment.from);
-                Vec2::from(d).length()
-            }
+            Self::Line(segment) => Vec2::from(segment.to.minus(segment.from)).length(),
             Self::Arc(arc) => ArcView::of(arc).length(),
         }
     }

@@ -1,7 +1,7 @@
 //! Points, vectors and boxes in millimetres.
 
 use std::fmt;
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+use std::ops::AddAssign;
 
 use keepout_kernel::Vec2;
 use serde::{Deserialize, Serialize};
@@ -18,16 +18,9 @@ pub struct Mm2 {
     pub y: f64,
 }
 
+keepout_kernel::plane_vector!(Mm2);
+
 impl Mm2 {
-    /// The origin, and the zero vector.
-    pub const ZERO: Self = Self::new(0.0, 0.0);
-
-    /// The point or vector with these coordinates.
-    #[must_use]
-    pub const fn new(x: f64, y: f64) -> Self {
-        Self { x, y }
-    }
-
     /// The vector of length 1 at `angle` radians from the x axis.
     #[must_use]
     pub fn unit(angle: f64) -> Self {
@@ -46,34 +39,10 @@ impl Mm2 {
         self.y.atan2(self.x)
     }
 
-    /// The distance to another point.
-    #[must_use]
-    pub fn distance(self, other: Self) -> f64 {
-        (self - other).length()
-    }
-
     /// The direction to another point, of length 1. It is shorter if the points are less than 1e-9 mm apart.
     #[must_use]
     pub fn direction_to(self, other: Self) -> Self {
         (other - self) / self.distance(other).max(1e-9)
-    }
-
-    /// The scalar product.
-    #[must_use]
-    pub fn dot(self, other: Self) -> f64 {
-        self.x * other.x + self.y * other.y
-    }
-
-    /// Twice the signed area between two vectors: positive if `other` is to the left.
-    #[must_use]
-    pub fn cross(self, other: Self) -> f64 {
-        self.x * other.y - self.y * other.x
-    }
-
-    /// The vector turned by 90° counter-clockwise.
-    #[must_use]
-    pub fn left(self) -> Self {
-        Self::new(-self.y, self.x)
     }
 
     /// The vector turned by `angle` radians, counter-clockwise.
@@ -95,12 +64,6 @@ impl Mm2 {
         Self::new(self.x.max(other.x), self.y.max(other.y))
     }
 
-    /// The point in the middle between two points.
-    #[must_use]
-    pub fn midpoint(self, other: Self) -> Self {
-        Self::new(f64::midpoint(self.x, other.x), f64::midpoint(self.y, other.y))
-    }
-
     /// Whether both coordinates are finite.
     #[must_use]
     pub fn is_finite(self) -> bool {
@@ -112,15 +75,6 @@ impl Mm2 {
     pub fn distance_to_path(self, path: &[Self]) -> f64 {
         let ends = path.first().map_or(f64::INFINITY, |&only| self.distance(only));
         path.windows(2).map(|pair| self.distance(self.nearest_on(pair[0], pair[1]))).fold(ends, f64::min)
-    }
-
-    /// The point of the segment from `a` to `b` that is nearest to this one.
-    #[must_use]
-    pub fn nearest_on(self, a: Self, b: Self) -> Self {
-        let along = b - a;
-        let length_2 = along.dot(along);
-        let share = if length_2 > 0.0 { ((self - a).dot(along) / length_2).clamp(0.0, 1.0) } else { 0.0 };
-        a + along * share
     }
 }
 
@@ -210,49 +164,9 @@ impl From<Mm2> for (f64, f64) {
     }
 }
 
-impl Add for Mm2 {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self::new(self.x + other.x, self.y + other.y)
-    }
-}
-
 impl AddAssign for Mm2 {
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
-    }
-}
-
-impl Sub for Mm2 {
-    type Output = Self;
-
-    fn sub(self, other: Self) -> Self {
-        Self::new(self.x - other.x, self.y - other.y)
-    }
-}
-
-impl Mul<f64> for Mm2 {
-    type Output = Self;
-
-    fn mul(self, factor: f64) -> Self {
-        Self::new(self.x * factor, self.y * factor)
-    }
-}
-
-impl Div<f64> for Mm2 {
-    type Output = Self;
-
-    fn div(self, by: f64) -> Self {
-        Self::new(self.x / by, self.y / by)
-    }
-}
-
-impl Neg for Mm2 {
-    type Output = Self;
-
-    fn neg(self) -> Self {
-        Self::new(-self.x, -self.y)
     }
 }
 

@@ -146,7 +146,7 @@ fn away_mm(curve: &Curve, at: Point) -> f64 {
         curve.chord_points(Length::small(100)).unwrap().into_iter().map(point_mm).collect();
     let away = |pair: &[Mm2]| {
         let q = p.nearest_on(pair[0], pair[1]);
-        (p.x - q.x).hypot(p.y - q.y)
+        p.distance(q)
     };
     points.windows(2).map(away).fold(f64::INFINITY, f64::min)
 }
@@ -241,7 +241,7 @@ fn check_whole(plan: &CertifiedPlan, done: &Done, times: usize, recut_mm: f64) {
             let p = along_mm(curve, f64::from(u8::try_from(k % 200).unwrap()) / 200.0).0;
             let away = chords.iter().map(|&(a, b)| {
                 let q = p.nearest_on(a, b);
-                (q.x - p.x).hypot(q.y - p.y)
+                p.distance(q)
             });
             let away = away.fold(f64::INFINITY, f64::min);
             assert!(away < 0.012, "{number}: {p:?} is {away} mm from all cuts");

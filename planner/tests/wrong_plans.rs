@@ -331,7 +331,7 @@ fn climb_and_conventional_cuts_run_in_opposite_directions() {
         let Curve::Arc(lead) = curves[1] else { panic!("{:?}", curves[1]) };
         let (_, at_end) = keepout_planner::units::along_mm(&Curve::Arc(lead), 1.0);
         let (_, at_begin) = keepout_planner::units::along_mm(&curves[2], 0.0);
-        assert!((at_end.x * at_begin.y - at_end.y * at_begin.x).abs() < 0.01, "{at_end:?} {at_begin:?}");
+        assert!((at_end.cross(at_begin)).abs() < 0.01, "{at_end:?} {at_begin:?}");
     }
 }
 

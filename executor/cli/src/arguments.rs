@@ -230,10 +230,10 @@ pub(crate) struct PlanArguments {
     pub(crate) at: Vec<Mm2>,
     /// Use only contours of at least this area, mm².
     #[arg(long, value_name = "MM2")]
-    pub min_area_mm2: Option<f64>,
+    pub(crate) min_area_mm2: Option<f64>,
     /// Use only contours of at most this area, mm².
     #[arg(long, value_name = "MM2")]
-    pub max_area_mm2: Option<f64>,
+    pub(crate) max_area_mm2: Option<f64>,
     /// Leave out curves that do not close, and list them. Without this option they make the drawing unusable.
     #[arg(long)]
     pub(crate) leave_out_open: bool,

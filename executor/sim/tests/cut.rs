@@ -127,7 +127,7 @@ impl Operator for Slider {
                 let (since, from) = *self.began.get_or_insert((now, at));
                 let (x, y) = (wall.x - at.x, wall.y - at.y);
                 let (x, y) = (x / x.hypot(y), y / x.hypot(y));
-                let slides = (at.x - from.x).hypot(at.y - from.y) < self.along_mm && !past(since, 12.0);
+                let slides = at.distance(from) < self.along_mm && !past(since, 12.0);
                 match self.commanded {
                     Some(commanded) if past(commanded, 1.0) => push(-x, -y),
                     None if slides => push(-y * self.side, x * self.side),

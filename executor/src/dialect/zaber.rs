@@ -319,8 +319,8 @@ impl Zaber {
             Some(zero) => {
                 let axis = |k: usize| self.scale.units(at[k].checked_sub(zero[k]).unwrap_or(i64::MAX));
                 let Vector { dx, dy } = self.setting.offset;
-                let back = Vector { dx: -dx, dy: -dy };
-                Some(Point::from_units(axis(0), axis(1)).and_then(|at| at.translated(back)).ok()?)
+                let machine = Point::from_units(axis(0), axis(1));
+                Some(machine.and_then(|at| at.translated(Vector { dx: -dx, dy: -dy })).ok()?)
             }
             None => None,
         };

@@ -150,11 +150,9 @@ fn start_beside(plan: &CertifiedPlan, beyond: f64) -> Option<Point> {
             let points = curve.chord_points(Length::small(250)).ok()?;
             let pair = points.windows(2).nth(points.len().saturating_sub(1) / 2)?;
             let (a, b) = (point_mm(pair[0]), point_mm(pair[1]));
-            let (dx, dy) = (b.x - a.x, b.y - a.y);
-            let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
+            let along = (b - a) / a.distance(b).max(f64::MIN_POSITIVE);
             // The free side is on the right of the path.
-            let middle = (f64::midpoint(a.x, b.x), f64::midpoint(a.y, b.y));
-            point_from_mm(Mm2::new(middle.0 + dy / length * beyond, middle.1 - dx / length * beyond)).ok()
+            point_from_mm(a.midpoint(b) - along.left() * beyond).ok()
         })
         .find(|&point| plan.part.free_point(point, plan.roughing).is_ok())
 }

@@ -43,8 +43,15 @@ pub enum Mode {
 
 impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = ["idle", "moving", "slowing down", "hold", "homing", "alarm", "door, check or sleep"];
-        f.write_str(names.get(*self as usize).copied().unwrap_or("another state"))
+        f.write_str(match self {
+            Self::Idle => "idle",
+            Self::Moving => "moving",
+            Self::Slowing => "slowing down",
+            Self::Held => "hold",
+            Self::Homing => "homing",
+            Self::Alarm => "alarm",
+            Self::Other => "door, check or sleep",
+        })
     }
 }
 

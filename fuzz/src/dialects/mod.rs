@@ -16,7 +16,7 @@ use keepout_kernel::curve::fit_arc;
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vec2, Vector};
 use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::units::mm;
+use keepout_planner::units::{mm, vector_mm};
 use keepout_sim::{SimSettings, SimulatedController, speaking};
 use says::{Heard, Says};
 
@@ -312,7 +312,7 @@ impl Trip {
         let config = DialectConfig::of(&machine, offset);
         let settings = SimSettings {
             work_offset_mm: Mm2::new(-30.0, -20.0),
-            ..SimSettings::of(machine, Mm2::new(mm(offset.dx), mm(offset.dy)))
+            ..SimSettings::of(machine, vector_mm(offset))
         };
         let controller = speaking(name, settings);
         let dialect = name.dialect(config);

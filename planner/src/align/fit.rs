@@ -138,7 +138,7 @@ impl Fit {
                 Mm2::new(dx - turn * y, dy + turn * x)
             };
             let gain = |rows: &Vec<Row>| match &rows[..] {
-                [only] => moved(only).x.hypot(moved(only).y),
+                [only] => moved(only).length(),
                 [first, second, ..] => norm(moved(first), moved(second)),
                 [] => 0.0,
             };

@@ -156,11 +156,11 @@ pub fn bulge(placement: &Placement, from: Vec3, to: Vec3, bulge: f64, out: &mut 
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let chord = dx.hypot(dy);
     let seen = (placement.seen(from), placement.seen(to));
-    let size = (seen.1.x - seen.0.x).hypot(seen.1.y - seen.0.y);
+    let size = seen.0.distance(seen.1);
     // Distance of the projected arc's middle from its chord: uneven scales can stretch it more than the
     // chord.
     let height = placement.seen_vector([-dy * bulge / 2.0, dx * bulge / 2.0, 0.0]);
-    let bend = (bulge.abs() * size / 2.0).max(height.x.hypot(height.y));
+    let bend = (bulge.abs() * size / 2.0).max(height.length());
     if bulge == 0.0 || chord == 0.0 || bend < FLAT_MM {
         if seen.0 != seen.1 {
             out.push(RawCurve::Line { from: seen.0, to: seen.1 });

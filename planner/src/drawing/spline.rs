@@ -136,7 +136,7 @@ fn close_up(spline: &Spline, out: &mut [RawCurve]) {
     let Some(begin) = out.first().map(RawCurve::from) else { return };
     let Some(last) = out.last_mut() else { return };
     let end = last.to();
-    if spline.closed && (end.x - begin.x).hypot(end.y - begin.y) < ROUNDING_MM {
+    if spline.closed && begin.distance(end) < ROUNDING_MM {
         last.set_to(begin);
     }
 }

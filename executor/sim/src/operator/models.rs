@@ -276,7 +276,7 @@ mod tests {
         let mut same = 0;
         for pair in inputs.windows(2) {
             same = if pair[0] == pair[1] { same + 1 } else { 0 };
-            let full = usize::from((pair[1].x.hypot(pair[1].y) - 1.0).abs() < 1e-9);
+            let full = usize::from((pair[1].length() - 1.0).abs() < 1e-9);
             longest[full] = longest[full].max(same);
         }
         assert!(longest[0] > 150 && longest[1] > 90, "{longest:?} inputs");

@@ -291,10 +291,7 @@ impl Grbl {
     fn report(&mut self, line: &str) -> Option<Reply> {
         let Status { mode, position, free, offset, .. } = Status::parse(line)?;
         let back = Vector { dx: -self.setting.offset.dx, dy: -self.setting.offset.dy };
-        let position = match position {
-            Some(position) => Some(position.translated(back).ok()?),
-            None => None,
-        };
+        let position = position.map(|at| at.translated(back)).transpose().ok()?;
         if offset.is_some_and(|offset| self.displaced(offset)) {
             return Some(Reply::Displaced);
         }

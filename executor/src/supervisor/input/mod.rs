@@ -125,9 +125,9 @@ mod tests {
                 armed: true,
             };
             let input = raw.normalised();
-            let length = input.velocity.x.hypot(input.velocity.y);
+            let length = input.velocity.length();
             assert!(length == 0.0 || (0.03..=1.0 + 1e-12).contains(&length), "{raw:?}");
-            assert!(input.turned_mm.x.is_finite() && input.turned_mm.y.is_finite() && input.armed);
+            assert!(input.turned_mm.is_finite() && input.armed);
             assert_eq!(input, raw.finite().normalised());
         }
     }

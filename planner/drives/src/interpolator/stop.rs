@@ -1,7 +1,6 @@
 //! Stops: feed hold, cancel, and an immediate stop.
 
 use super::{Block, MEETS, QueuedMotion};
-use keepout_planner::Mm2;
 
 /// The kind of a stop in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,10 +53,9 @@ impl QueuedMotion {
             self.blocks.pop_front();
         }
         if let Some(first) = self.blocks.front() {
-            let begins = (first.to.x - first.unit.x * first.left, first.to.y - first.unit.y * first.left);
-            let shift = (self.position.x - begins.0, self.position.y - begins.1);
+            let shift = self.position - (first.to - first.unit * first.left);
             for block in &mut self.blocks {
-                block.to = Mm2::new(block.to.x + shift.0, block.to.y + shift.1);
+                block.to += shift;
             }
         }
         self.cancel();

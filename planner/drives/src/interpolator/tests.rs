@@ -102,7 +102,7 @@ fn cancel_stops_on_the_path_within_the_braking_distance() {
     let after = motion.position();
     assert_eq!(outcome, StepOutcome::Flushed);
     assert!((after.x * 80.0 - after.y * 60.0).abs() < 1e-9, "on the line");
-    let travelled = (after.x - before.x).hypot(after.y - before.y);
+    let travelled = before.distance(after);
     // The acceleration along the diagonal is 500 / 0.8 mm/s².
     assert!((travelled - 100.0 * 100.0 / (2.0 * 625.0)).abs() < 0.2, "{travelled}");
 }
