@@ -1,7 +1,5 @@
 //! Input and output of the supervisor: events, replies, commands.
 
-use std::fmt;
-
 use arrayvec::ArrayString;
 use keepout_guard::{Certified, CertifiedCancel};
 use keepout_kernel::{LatticeError, Point};
@@ -41,8 +39,8 @@ pub enum Mode {
     Other,
 }
 
-impl fmt::Display for Mode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl std::fmt::Display for Mode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Idle => "idle",
             Self::Moving => "moving",
