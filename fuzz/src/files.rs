@@ -84,7 +84,7 @@ pub fn certificates_of_log(bytes: &[u8]) -> usize {
     is_not_changed_unnoticed(&summed, bytes.len());
     match replay(&log, job::work()) {
         Ok(played) => {
-            check_message(&played.end().to_string());
+            check_message(&played.outcome().to_string());
             assert!(picture_of_log(&log.header, &played).starts_with("<svg"));
             assert!(page_of_log(&log.header, &played, "fuzz.log", 0).contains("<html"));
             watch(&log)

@@ -50,6 +50,7 @@ fn particular(bytes: &[u8]) -> PlanRequest {
         hatches: true,
         solids: true,
         placed: Some((12.5, Mm2::new(30.0, -20.0))),
+        ..EntityFilter::default()
     };
     let keep_out_layers = Some("CLAMPS").filter(has).map(Into::into).into_iter().collect();
     let travel_layer = Some("TABLE").filter(has).map(Into::into);
@@ -122,7 +123,7 @@ pub(crate) fn check_message(message: &str) {
 fn tells_all(drawing: &Drawing, chained: &Chained) {
     chained.repairs.iter().for_each(|repair| check_message(&repair.to_string()));
     chained.problems.iter().for_each(|problem| check_message(&problem.to_string()));
-    let inspection = keepout_planner::inspect::inspect(drawing, chained);
+    let inspection = keepout_planner::inspect::inspect(drawing, chained, &EntityFilter::default());
     assert_eq!(inspection.contours.len(), chained.profile.loops.len());
 }
 

@@ -3,7 +3,7 @@
 
 use std::error::Error;
 
-use keepout_kernel::offset::{Outline, certify_complete, certify_path, propose};
+use keepout_kernel::offset::{CutContour, Outline, certify_complete, certify_path, propose};
 use keepout_kernel::{
     Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, UNITS_PER_MM, Vec2,
 };
@@ -46,9 +46,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = offset.loops.iter().flat_map(|each| &each.curves);
     certify_complete(&part, &outlines, distance, Length::small(20), path)?;
     println!("every piece of the offset has a loop");
-    println!(
-        "the disc cannot touch {:.3} mm of the profile",
-        (offset.profile_length - offset.touched_length) / unit
-    );
+    let cut: f64 = offset.loops.iter().map(|each| each.cut.double_area()).sum();
+    let part: f64 = outlines.iter().map(|each| CutContour::of(each).double_area()).sum();
+    println!("the disc leaves {:.3} mm² of rest material", (cut - part) / (2.0 * unit * unit));
     Ok(())
 }

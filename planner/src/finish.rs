@@ -5,7 +5,7 @@ use keepout_kernel::exact::predicate::ray_crosses;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::exact::width::Product;
 use keepout_kernel::offset::{
-    self, COVERAGE, Gouge, Missing, Offset, Outline, RESOLUTION, certify_complete, certify_path,
+    self, COVERAGE, Gouge, Missing, Offset, OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path,
 };
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM, Vec2};
 use serde::{Deserialize, Serialize};
@@ -13,6 +13,8 @@ use thiserror::Error;
 
 use crate::mesh::largest_tool_mm;
 use crate::profile::{ARC_CHORD_SLACK, Profile, corners};
+use crate::reach::reaches;
+use crate::rest;
 use crate::units::{along_mm, point_from_mm, point_mm};
 
 /// Distance that is added to R + M, lattice units (60 units are 0.6 µm). It covers two chord-error bounds
@@ -35,7 +37,7 @@ pub struct FinishingLoop {
 pub struct FinishingPath {
     /// Its loops.
     pub loops: Vec<FinishingLoop>,
-    /// Length of profile that the tool cannot touch, mm.
+    /// Length of profile at which the tool leaves rest material ([`crate::reach`]), mm.
     pub residual_length_mm: f64,
     /// Area of the rest material, mm². `None` with keep-out zones: the planner does not compute it then.
     pub residual_area_mm2: Option<f64>,
@@ -146,8 +148,7 @@ pub fn propose(
     d: f64,
     diameter_mm: f64,
 ) -> Result<FinishingPath, FinishError> {
-    let offset =
-        if part.zones().is_empty() { offset::propose(outlines, d) } else { among_zones(outlines, part, d) };
+    let offset = offset_among(outlines, part, d);
     if let Some(&end) = offset.loose_ends.first() {
         let at = nearest_point(end).unwrap_or(Point::ORIGIN);
         return Err(FinishError::LooseEnds { at, count: offset.loose_ends.len() });
@@ -156,7 +157,12 @@ pub fn propose(
         let largest_mm = largest_tool_mm(part, d / f64::from(UNITS_PER_MM) - diameter_mm / 2.0);
         return Err(FinishError::ToolFitsNowhere { diameter_mm, largest_mm });
     }
-    Ok(path_of(offset))
+    Ok(path_of(outlines, part, &offset, d))
+}
+
+/// The offset at distance `d` (lattice units) from the outlines that bound free space.
+pub(crate) fn offset_among(outlines: &[Outline], part: &ProhibitedRegion, d: f64) -> Offset {
+    if part.zones().is_empty() { offset::propose(outlines, d) } else { among_zones(outlines, part, d) }
 }
 
 /// Distance of the toolpath from the profile for the clearance `threshold`, lattice units: the clearance,
@@ -169,32 +175,28 @@ pub fn centre_distance(profile: &Profile, zones: &Profile, threshold: Length) ->
 
 /// Proposes the offset when keep-out zones may overlap the part. It offsets the outlines to both sides,
 /// so all loops close. It then drops the loops inside the part or a zone.
-///
-/// The remaining loops give the touched length of the profile. The area of the rest material stays
-/// unknown.
 fn among_zones(outlines: &[Outline], part: &ProhibitedRegion, d: f64) -> Offset {
-    let profile_loops = part.region().rings().len();
     let other = |outline: &Outline| Outline { free_on_left: !outline.free_on_left, ..outline.clone() };
-    let length = |outline: &Outline| outline.curves.iter().map(Curve::length).sum::<f64>();
-    let profile_length = outlines[..profile_loops].iter().map(length).sum();
     let both: Vec<Outline> = outlines.iter().cloned().chain(outlines.iter().map(other)).collect();
     let mut offset = offset::propose(&both, d);
     offset.loops.retain(|each| each.curves.first().is_some_and(|curve| !part.holds(curve.from())));
-    let touched = offset.loops.iter().flat_map(|each| &each.outlines);
-    let touched_length =
-        touched.filter(|(outline, _)| *outline < profile_loops).map(|(_, length)| length).sum();
-    Offset { profile_length, touched_length, residual_area: f64::NAN, ..offset }
+    offset
 }
 
-fn path_of(offset: Offset) -> FinishingPath {
-    let unit = f64::from(UNITS_PER_MM);
+fn path_of(outlines: &[Outline], part: &ProhibitedRegion, offset: &Offset, d: f64) -> FinishingPath {
+    let profile = &outlines[..part.region().rings().len()];
+    let residual_area_mm2 =
+        part.zones().is_empty().then(|| rest::area_mm2(profile, &offset.loops, part.side()));
     let components = components(offset.loops.iter().map(|each| &each.curves[..]));
-    let loops = offset.loops.into_iter().zip(components);
+    let each =
+        |(each, component): (&OffsetLoop, usize)| FinishingLoop { curves: each.curves.clone(), component };
+    let loops: Vec<FinishingLoop> = offset.loops.iter().zip(components).map(each).collect();
+    let reaches = reaches(profile, &loops, d);
     FinishingPath {
-        loops: loops.map(|(each, component)| FinishingLoop { curves: each.curves, component }).collect(),
-        residual_length_mm: (offset.profile_length - offset.touched_length).max(0.0) / unit,
-        residual_area_mm2: Some(offset.residual_area / (unit * unit)).filter(|area| area.is_finite()),
-        profile_length_mm: offset.profile_length / unit,
+        residual_length_mm: reaches.iter().map(|reach| reach.left_mm).sum(),
+        profile_length_mm: reaches.iter().map(|reach| reach.length_mm).sum(),
+        residual_area_mm2,
+        loops,
     }
 }
 

@@ -13,6 +13,7 @@ use crate::margin::Budget;
 use crate::merge::merged;
 use crate::mesh::Mesh;
 pub use crate::plan_error::PlanError;
+use crate::planned::PlannedContour;
 use crate::profile::{MachinedSide, Profile, free_outlines};
 use crate::request::Stage;
 use crate::units::{length_up_from_mm, mm, window_mm};
@@ -110,6 +111,10 @@ pub struct Provenance {
     pub remarks: Vec<Remark>,
     /// Placement of the drawing: rotation, degrees, then offset, mm.
     pub placed: Option<(f64, Mm2)>,
+    /// The number of each contour in the drawing, from 1. Empty for contours in their own order.
+    pub numbers: Vec<usize>,
+    /// Curves of the drawing that were left out, as points, mm. Pictures show them.
+    pub left_out: Vec<Vec<Mm2>>,
 }
 
 /// Geometry that a drawing gives for a job.
@@ -180,6 +185,7 @@ pub struct CertifiedPlan {
     /// Number of certified motions of the finishing passes.
     pub certified_motions: usize,
     mesh: OnceLock<Option<Mesh>>,
+    pub(crate) contours: OnceLock<Vec<PlannedContour>>,
 }
 
 impl Plan {
@@ -336,7 +342,15 @@ struct Checked {
 impl Checked {
     fn plan(self, plan: Plan, part: ProhibitedRegion) -> CertifiedPlan {
         let Self { roughing, finishing, motions } = self;
-        CertifiedPlan { plan, part, roughing, finishing, certified_motions: motions, mesh: OnceLock::new() }
+        CertifiedPlan {
+            plan,
+            part,
+            roughing,
+            finishing,
+            certified_motions: motions,
+            mesh: OnceLock::new(),
+            contours: OnceLock::new(),
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use crate::sha256::hash;
 
 const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
 /// Format version of the files that this program writes. It reads no other version.
-pub const VERSION: u16 = 5;
+pub const VERSION: u16 = 6;
 const HEADER: usize = MAGIC.len() + 2 + 32;
 /// Largest size of a plan file, bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
@@ -112,6 +112,16 @@ fn checked(mut plan: Plan) -> Result<Plan, PlanFileError> {
         || provenance.remarks.iter().any(|remark| has_control(&remark.text))
     {
         return Err(PlanFileError::Contents("its texts hold control characters".into()));
+    }
+    let numbers: std::collections::BTreeSet<usize> = provenance.numbers.iter().copied().collect();
+    if ![0, plan.profile.loops.len()].contains(&provenance.numbers.len())
+        || numbers.len() < provenance.numbers.len()
+        || numbers.contains(&0)
+    {
+        return Err(PlanFileError::Contents("its contours are not numbered one by one".into()));
+    }
+    if !provenance.left_out.iter().flatten().all(|point| point.is_finite()) {
+        return Err(PlanFileError::Contents("a curve that was left out has no place".into()));
     }
     if plan.passes.is_empty() {
         return Err(PlanFileError::Contents("it has no finishing pass".into()));

@@ -60,7 +60,7 @@ pub enum PlanRequestError {
         "layer \"{layer}\" must hold the machine's travel and nothing else: one rectangle along the axes, \
          after turning. It holds {count} closed contours."
     )]
-    Stroke {
+    Travel {
         /// The layer.
         layer: String,
         /// Number of its closed contours.
@@ -163,7 +163,7 @@ impl PlanRequest {
             [only] => only.rectangle(),
             _ => None,
         };
-        let wrong = || PlanRequestError::Stroke { layer: layer.clone(), count: profile.loops.len() };
+        let wrong = || PlanRequestError::Travel { layer: layer.clone(), count: profile.loops.len() };
         Ok(Some(rectangle.ok_or_else(wrong)?))
     }
 
@@ -186,8 +186,9 @@ impl PlanRequest {
         let left_out = drawing.left_out.iter().map(|(why, count)| format!("left out: {count} {why}"));
         let mut remarks: Vec<Remark> = chained.repairs.iter().map(repaired).collect();
         remarks.extend(drawing.remarks.iter().cloned().chain(left_out).map(Remark::from));
+        let selected = self.selection.apply(chained, (&drawing, &self.part_choice()), &mut remarks)?;
         let shapes = PlanGeometry {
-            profile: self.selection.apply(chained, &mut remarks)?,
+            profile: selected.profile,
             zones: self.zones(&file, &mut remarks)?,
             travel: self.travel(&file, &mut remarks)?,
         };
@@ -200,6 +201,8 @@ impl PlanRequest {
             unit: shown(&drawing.unit),
             remarks,
             placed: self.choice.placed,
+            numbers: selected.numbers,
+            left_out: selected.left_out,
         };
         Ok(Plan::make(provenance, shapes, &self.job, machine, stage)?)
     }

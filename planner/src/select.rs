@@ -3,9 +3,13 @@
 use keepout_kernel::Curve;
 use thiserror::Error;
 
-use crate::drawing::{Chained, DrawingError, Problem};
+use crate::drawing::{Chained, Drawing, DrawingError, EntityFilter, LeftOutCurve, LeftOutReason, Problem};
+use crate::left_out::{Surround, of_chains, surrounds};
+use crate::nesting::Nesting;
 use crate::plan::Remark;
 use crate::profile::{Profile, ProfileLoop, corners};
+use crate::ribbon::{Ribbon, ribbons};
+use crate::size::SizeQuestion;
 use crate::units::{arc_mm, point_mm};
 use crate::{Box2, Mm2};
 
@@ -21,6 +25,30 @@ pub struct Selection {
     pub most_area_mm2: Option<f64>,
     /// Whether open curves are left out. Otherwise they are an error.
     pub leave_out_open: bool,
+    /// The contour to take of an outline that is drawn as a stroke with width.
+    pub stroke: Option<Stroke>,
+}
+
+/// The contour to take of an outline that is drawn as a stroke with width.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stroke {
+    /// The outer boundary of the ink.
+    Outer,
+    /// The inner boundary of the ink.
+    Inner,
+    /// Both: the part is as thin as the ink.
+    Part,
+}
+
+/// The selected contours, and the curves that are left out.
+#[derive(Clone, Debug, Default)]
+pub struct Selected {
+    /// The contours.
+    pub profile: Profile,
+    /// The number of each contour in the drawing, from 1.
+    pub numbers: Vec<usize>,
+    /// Curves that are left out, as points, mm.
+    pub left_out: Vec<Vec<Mm2>>,
 }
 
 /// Reasons why a selection is refused.
@@ -39,6 +67,26 @@ pub enum SelectError {
         /// The point, mm.
         at: Mm2,
     },
+    /// Curves that are left out surround or border the part.
+    #[error(transparent)]
+    Surround(#[from] Surround),
+    /// Outlines are drawn as strokes with width.
+    #[error(
+        "{count} contours are drawn as strokes {width_mm:.3} mm wide, the first near {at}: the part would be as thin \
+         as the ink. Take one side of the ink: --stroke outer or --stroke inner. If such a thin ring is the part, \
+         give --stroke part."
+    )]
+    Stroke {
+        /// Number of strokes.
+        count: usize,
+        /// Width of the first.
+        width_mm: f64,
+        /// A place on the first.
+        at: Mm2,
+    },
+    /// The part is smaller than any that a machinist cuts.
+    #[error(transparent)]
+    Size(#[from] SizeQuestion),
     /// No contour has an area within the limits.
     #[error(
         "none of the {count} closed contours has an area within --min-area-mm2 and --max-area-mm2: the \
@@ -52,12 +100,37 @@ pub enum SelectError {
     },
 }
 
+impl SelectError {
+    /// The error of outlines that are drawn as strokes, if there are any.
+    #[must_use]
+    pub fn of_strokes(outlines: &[ContourPolygon], strokes: &[Ribbon]) -> Option<Self> {
+        let first = strokes.first()?;
+        let at = outlines[first.outer].points.first().copied().unwrap_or_default();
+        Some(Self::Stroke { count: strokes.len(), width_mm: first.width_mm, at })
+    }
+
+    /// The place of the fault, if it has one.
+    #[must_use]
+    pub fn at(&self) -> Option<Mm2> {
+        match self {
+            Self::Stroke { at, .. } | Self::NothingAt { at } => Some(*at),
+            Self::Surround(found) => Some(found.at()),
+            Self::Open(_) | Self::Size(_) | Self::NothingOfArea { .. } => None,
+        }
+    }
+}
+
 impl Selection {
     /// The selected contours. Adds a remark for each kind of curve that is left out.
     ///
     /// # Errors
     /// [`SelectError`].
-    pub fn apply(&self, chained: Chained, remarks: &mut Vec<Remark>) -> Result<Profile, SelectError> {
+    pub fn apply(
+        &self,
+        chained: Chained,
+        (drawing, filter): (&Drawing, &EntityFilter),
+        remarks: &mut Vec<Remark>,
+    ) -> Result<Selected, SelectError> {
         // If the user points at contours, other curves may be open.
         let chained = if self.leave_out_open || !self.at.is_empty() {
             report_open(&chained, remarks);
@@ -65,33 +138,68 @@ impl Selection {
         } else {
             chained.closed()?
         };
-        let (flat, loops): (Vec<_>, Vec<_>) =
-            chained.profile.loops.into_iter().partition(ProfileLoop::is_flat);
-        let flat = flat.iter().map(|each| Remark {
-            at: each.edges.first().map(|edge| edge.curve.from()),
-            text: "left out: a line drawn there and back, which encloses no area".into(),
-        });
-        remarks.extend(flat);
+        let mut left_out = drawing.aside.clone();
+        left_out.extend(of_chains(&chained.open));
+        let loops = chained.profile.loops;
         let outlines: Vec<ContourPolygon> = loops.iter().map(ContourPolygon::of).collect();
-        let taken = self.pointed_at(&outlines, &chained.problems)?;
+        let mut keep = self.pointed_at(&outlines, &chained.problems)?;
         let largest_mm2 = outlines.iter().map(|outline| outline.area_mm2).fold(0.0, f64::max);
         let fits = |outline: &ContourPolygon| {
             self.least_area_mm2.is_none_or(|least| outline.area_mm2 >= least)
                 && self.most_area_mm2.is_none_or(|most| outline.area_mm2 <= most)
         };
+        keep.iter_mut().zip(&outlines).for_each(|(keep, outline)| *keep &= fits(outline));
+        self.one_side_of_strokes(&outlines, &mut keep)?;
         let count = loops.len();
-        let keep: Vec<bool> =
-            taken.iter().zip(&outlines).map(|(&taken, outline)| taken && fits(outline)).collect();
-        let mut kept = keep.iter();
-        let loops: Vec<ProfileLoop> = loops.into_iter().filter(|_| kept.next() == Some(&true)).collect();
-        if loops.is_empty() && count > 0 {
+        let (mut numbers, mut kept, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, (each, outline)) in loops.into_iter().zip(outlines).enumerate() {
+            if keep[index] {
+                numbers.push(index + 1);
+                kept.push(each);
+                polygons.push(outline);
+            } else {
+                left_out.push(LeftOutCurve { points: closed(outline.points), reason: LeftOutReason::Open });
+            }
+        }
+        if kept.is_empty() && count > 0 {
             return Err(SelectError::NothingOfArea { count, largest_mm2 });
         }
-        if loops.len() < count {
-            let text = format!("left out: {} closed contours that were not selected", count - loops.len());
+        if kept.len() < count {
+            let text = format!("left out: {} closed contours that were not selected", count - kept.len());
             remarks.push(text.into());
         }
-        Ok(Profile { loops })
+        if self.at.is_empty() {
+            let open = left_out.len() - (count - kept.len());
+            let found = surrounds(&polygons, &Nesting::of(&polygons).depths, &left_out[..open], filter);
+            found.into_iter().next().map_or(Ok(()), Err)?;
+        }
+        SizeQuestion::of_part(&polygons, drawing, filter)
+            .filter(SizeQuestion::is_problem)
+            .map_or(Ok(()), Err)?;
+        let left_out = left_out.into_iter().map(|curve| curve.points).collect();
+        Ok(Selected { profile: Profile { loops: kept }, numbers, left_out })
+    }
+
+    /// Drops one contour of each stroke.
+    fn one_side_of_strokes(&self, outlines: &[ContourPolygon], keep: &mut [bool]) -> Result<(), SelectError> {
+        let strokes = ribbons(outlines, &Nesting::of(outlines));
+        let is_kept = |ribbon: &Ribbon| keep[ribbon.outer] && keep[ribbon.inner];
+        let strokes: Vec<Ribbon> = strokes.into_iter().filter(is_kept).collect();
+        if strokes.is_empty() {
+            return Ok(());
+        }
+        match self.stroke {
+            None => SelectError::of_strokes(outlines, &strokes).map_or(Ok(()), Err),
+            Some(Stroke::Part) => Ok(()),
+            Some(Stroke::Outer) => {
+                strokes.iter().for_each(|stroke| keep[stroke.inner] = false);
+                Ok(())
+            }
+            Some(Stroke::Inner) => {
+                strokes.iter().for_each(|stroke| keep[stroke.outer] = false);
+                Ok(())
+            }
+        }
     }
 
     /// Marks the contours that the user points at; all contours, if the user points at none.
@@ -103,15 +211,14 @@ impl Selection {
         problems: &[Problem],
     ) -> Result<Vec<bool>, SelectError> {
         let mut taken = vec![self.at.is_empty(); outlines.len()];
+        let parents = if self.at.is_empty() { Vec::new() } else { Nesting::of(outlines).parents };
         for &at in &self.at {
             let around = |i: &usize| outlines[*i].holds(at);
             let by_area = |a: &usize, b: &usize| outlines[*a].area_mm2.total_cmp(&outlines[*b].area_mm2);
             let chosen = (0..outlines.len()).filter(around).min_by(by_area);
             let chosen = chosen.ok_or(SelectError::NothingAt { at })?;
             taken[chosen] = true;
-            for (i, taken) in taken.iter_mut().enumerate() {
-                *taken |= parent(outlines, i) == Some(chosen);
-            }
+            taken.iter_mut().zip(&parents).for_each(|(taken, parent)| *taken |= *parent == Some(chosen));
         }
         let within = |problem: &&Problem| {
             let at = point_mm(problem.at());
@@ -121,7 +228,7 @@ impl Selection {
         if self.leave_out_open || self.at.is_empty() || open.is_empty() {
             Ok(taken)
         } else {
-            Err(DrawingError::Problems(open).into())
+            Err(DrawingError::Problems { problems: open, gaps: None }.into())
         }
     }
 }
@@ -136,12 +243,15 @@ fn report_open(chained: &Chained, remarks: &mut Vec<Remark>) {
     }
 }
 
-/// The smallest contour around another.
-fn parent(outlines: &[ContourPolygon], i: usize) -> Option<usize> {
-    let &inner = outlines[i].points.first()?;
-    let around =
-        |&j: &usize| j != i && outlines[j].area_mm2 > outlines[i].area_mm2 && outlines[j].holds(inner);
-    (0..outlines.len()).filter(around).min_by(|&a, &b| outlines[a].area_mm2.total_cmp(&outlines[b].area_mm2))
+fn closed(mut points: Vec<Mm2>) -> Vec<Mm2> {
+    points.extend(points.first().copied());
+    points
+}
+
+/// Positive if `c` is on the left of the line from `a` to `b`. The sign is exact.
+fn orientation(a: Mm2, b: Mm2, c: Mm2) -> f64 {
+    let coord = |at: Mm2| robust::Coord { x: at.x, y: at.y };
+    robust::orient2d(coord(a), coord(b), coord(c))
 }
 
 /// A contour as a polygon, to find the points and contours within it. Its corners have a chord error of at
@@ -171,6 +281,13 @@ impl ContourPolygon {
         Self { points, area_mm2: double.abs() / 2.0, bounds }
     }
 
+    /// Its length, mm.
+    #[must_use]
+    pub fn length_mm(&self) -> f64 {
+        let next = self.points.iter().cycle().skip(1);
+        self.points.iter().zip(next).map(|(a, b)| a.distance(*b)).sum()
+    }
+
     /// Whether the point lies within, by counting the crossings of a ray.
     #[must_use]
     pub fn holds(&self, place: Mm2) -> bool {
@@ -179,7 +296,8 @@ impl ContourPolygon {
         }
         let next = self.points.iter().cycle().skip(1);
         let crossings = self.points.iter().zip(next).filter(|&(a, b)| {
-            (a.y > place.y) != (b.y > place.y) && place.x < a.x + (b.x - a.x) * (place.y - a.y) / (b.y - a.y)
+            let upward = b.y > place.y;
+            (a.y > place.y) != upward && (orientation(*a, *b, place) > 0.0) == upward
         });
         crossings.count() % 2 == 1
     }

@@ -3,14 +3,48 @@
 use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
 
-use crate::Mm2;
+use crate::contour::{exact_box, short};
 use crate::finish::centre_distance;
 use crate::plan::{CertifiedPlan, Cut, Pass};
 use crate::profile::MachinedSide;
+use crate::select::ContourPolygon;
+use crate::size::size;
 use crate::units::mm;
+use crate::{Box2, Mm2};
+
+/// Largest number of contours that the summary lists.
+const LISTED: usize = 40;
 
 impl CertifiedPlan {
-    /// Summary of the plan, line by line.
+    /// The solid side of the contours, in words.
+    #[must_use]
+    pub fn side_words(&self) -> &'static str {
+        match self.plan.side {
+            MachinedSide::Outside => "solid inside its outlines",
+            MachinedSide::Inside => "solid around its pockets",
+        }
+    }
+
+    /// Area of the part within its contours by the even-odd rule, mm². For a part around its contours this is the
+    /// area of the pockets.
+    #[must_use]
+    pub fn enclosed_mm2(&self) -> f64 {
+        let depths = self.part.region().depths();
+        let signed = self.plan.profile.loops.iter().zip(depths).map(|(each, depth)| {
+            let area_mm2 = ContourPolygon::of(each).area_mm2;
+            if depth % 2 == 0 { area_mm2 } else { -area_mm2 }
+        });
+        signed.sum()
+    }
+
+    /// Size of the profile along x and y, mm.
+    #[must_use]
+    pub fn profile_size_mm(&self) -> Mm2 {
+        let boxes = self.plan.profile.loops.iter().filter_map(exact_box);
+        boxes.reduce(Box2::union).unwrap_or_default().size()
+    }
+
+    /// Summary of the plan, line by line. Warnings come first.
     #[must_use]
     pub fn summary(&self) -> String {
         let plan = &self.plan;
@@ -19,15 +53,22 @@ impl CertifiedPlan {
             MachinedSide::Outside => "outside (the part is inside the contour)",
             MachinedSide::Inside => "inside (the part is outside the contour)",
         };
-        let mut lines = vec![
+        let enclosed = match plan.side {
+            MachinedSide::Outside => format!("{:.3} mm² of material", self.enclosed_mm2()),
+            MachinedSide::Inside => format!("pockets of {:.3} mm²", self.enclosed_mm2()),
+        };
+        let mut lines: Vec<String> =
+            self.warnings().into_iter().map(|text| format!("WARNING      {text}")).collect();
+        lines.extend([
             format!(
                 "drawing      {} ({} contours, unit {})",
                 provenance.name,
                 plan.profile.loops.len(),
                 provenance.unit
             ),
+            format!("part         {} mm, {}: {enclosed}", size(self.profile_size_mm()), self.side_words()),
             format!("machined     {side}"),
-            format!("tool radius  {:.5} mm", mm(plan.tool_radius.units())),
+            format!("tool         Ø {} mm", short(2.0 * mm(plan.tool_radius.units()))),
             format!("stock        {:.5} mm to leave", mm(plan.stock_to_leave.units())),
             format!("margin for   {}", plan.machine.name),
             plan.budget.to_string(),
@@ -39,12 +80,11 @@ impl CertifiedPlan {
                 "finishing    the tool centre stays more than {:.5} mm from the part",
                 mm(self.finishing.units())
             ),
-        ];
+        ]);
         if let Some((degrees, Mm2 { x, y })) = provenance.placed {
-            lines.insert(
-                1,
-                format!("placed       turned by {degrees}° about its origin, then moved by ({x}, {y}) mm"),
-            );
+            lines.push(format!(
+                "placed       turned by {degrees}° about its origin, then moved by ({x}, {y}) mm"
+            ));
         }
         if !plan.zones.loops.is_empty() {
             lines.push(format!("zones        {} keep-out zones besides the part", plan.zones.loops.len()));
@@ -67,6 +107,11 @@ impl CertifiedPlan {
             self.certified_motions
         ));
         lines.extend(plan.passes.iter().enumerate().map(|(index, pass)| pass.summary(index + 1)));
+        lines.push("contours     with the numbers of the pictures and of --recut:".into());
+        lines.extend(self.contours().iter().take(LISTED).map(|contour| format!("  {contour}")));
+        if self.contours().len() > LISTED {
+            lines.push(format!("  … and {} more", self.contours().len() - LISTED));
+        }
         lines.extend(provenance.remarks.iter().map(|remark| format!("note         {}", remark.text)));
         lines.join("\n")
     }

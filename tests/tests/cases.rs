@@ -8,7 +8,7 @@ use keepout_planner::plan::PassParameters;
 use keepout_planner::plan_file;
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
-use keepout_planner::select::Selection;
+use keepout_planner::select::{Selection, Stroke};
 use keepout_tests::{area_mm2, order, plan_of};
 use serde::Deserialize;
 
@@ -57,6 +57,12 @@ struct Case {
     #[serde(default)]
     leave_out_open: bool,
     #[serde(default)]
+    without_line_types: Vec<String>,
+    #[serde(default)]
+    scale: Option<f64>,
+    #[serde(default)]
+    stroke: Option<String>,
+    #[serde(default)]
     min_area: Option<f64>,
     #[serde(default)]
     max_area: Option<f64>,
@@ -94,12 +100,21 @@ impl Case {
             hatches: self.with.iter().any(|with| with == "hatch"),
             solids: self.with.iter().any(|with| with == "solid"),
             placed: self.offset_mm.map(|by| (self.rotate_deg.unwrap_or(0.0), by)),
+            without_line_types: self.without_line_types.clone(),
+            scale: self.scale,
         };
         wanted.selection = Selection {
             at: self.at.clone(),
             least_area_mm2: self.min_area,
             most_area_mm2: self.max_area,
             leave_out_open: self.leave_out_open,
+            stroke: match self.stroke.as_deref() {
+                Some("outer") => Some(Stroke::Outer),
+                Some("inner") => Some(Stroke::Inner),
+                Some("part") => Some(Stroke::Part),
+                None => None,
+                Some(other) => return Err(format!("no stroke {other}")),
+            },
         };
         wanted.keep_out_layers.clone_from(&self.keep_out_layers);
         wanted.travel_layer.clone_from(&self.travel_layer);

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use keepout_executor::session::{Ended, Going, NoEventLog};
+use keepout_executor::session::{Going, NoEventLog};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::Mm2;
 use keepout_planner::plan::{Cut, PassParameters};
@@ -34,12 +34,14 @@ fn run(drawing: &str, request: &PlanRequest, operator: &str) -> Result<(), Strin
         .map_err(|error| error.to_string())?;
     let facts = result.facts;
     let coverage = facts.coverage.ok_or(format!("no contour was cut: {facts:?}"))?;
-    let whole = facts.ended == Ended::Done && facts.unreached == 0 && facts.loops.1 == loops;
+    let whole = facts.outcome.is_by_operator()
+        && !facts.outcome.lacks_link_move()
+        && result.work.plan.plan.loop_count() == loops;
     let good = facts.deepest_mm == Some(0.0)
         && facts.closest_by_hand_mm.is_some_and(|closest| closest > 0.2)
         && coverage.missed == 0
         && coverage.worst_mm <= most_left_mm;
-    if whole && good && facts.loops.0 > 0 { Ok(()) } else { Err(format!("{facts:?}")) }
+    if whole && good && !facts.progress.finished.is_empty() { Ok(()) } else { Err(format!("{facts:?}")) }
 }
 
 #[test]

@@ -4,9 +4,9 @@
 use std::path::Path;
 use std::time::Duration;
 
-use keepout_executor::session::{Ended, Going, NoEventLog};
+use keepout_executor::session::{Going, NoEventLog};
 use keepout_executor::supervisor::PreparedPlan;
-use keepout_planner::drawing::read_file;
+use keepout_planner::drawing::{EntityFilter, read_file};
 use keepout_planner::inspect::inspect;
 use keepout_sim::operator;
 use keepout_sim::session::{Link, SimRun, run_simulated};
@@ -31,7 +31,7 @@ fn every_drawing_agrees_with_the_independent_reading_or_is_explained() {
                 continue;
             }
         };
-        let found = inspect(&drawing, &chained);
+        let found = inspect(&drawing, &chained, &EntityFilter::default());
         let same = entry.reading.as_ref().map(|reading| reading.agrees(&found));
         match same {
             Some(Ok(())) => agree += 1,
@@ -85,8 +85,8 @@ fn end_to_end(path: &Path, operator: &str) -> Result<(), String> {
     if facts.closest_by_hand_mm.is_none_or(|closest| closest <= 0.2) {
         return Err(format!("the tool entered the stock to leave while jogging: {facts:?}"));
     }
-    if facts.ended != Ended::Done
-        || facts.unreached > 0
+    if !facts.outcome.is_by_operator()
+        || facts.outcome.lacks_link_move()
         || coverage.missed > 0
         || coverage.worst_mm > most_left_mm
     {

@@ -6,7 +6,6 @@ use keepout_planner::Mm2;
 use keepout_planner::align::file::{AlignmentFile, Method, VERSION};
 use keepout_planner::align::{Alignment, PartEdges, ProbePoint, ProbePoints, align as aligned};
 use keepout_planner::plan::{CertifiedPlan, PlanError};
-use keepout_planner::profile::Profile;
 use keepout_planner::request::PlanRequestError;
 use keepout_planner::text_file;
 
@@ -54,8 +53,7 @@ fn part_of(arguments: &AlignArguments) -> Result<PartEdges, CliError> {
     let request = request_of(&arguments.drawing)?;
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let (_, chained) = request.contours(&bytes).map_err(|error| wrong(error.into()))?;
-    let loops = chained.profile.loops.into_iter().filter(|each| !each.is_flat()).collect();
-    PartEdges::of(&Profile { loops }, arguments.side.into())
+    PartEdges::of(&chained.profile, arguments.side.into())
         .map_err(|error| wrong(PlanError::from(error).into()))
 }
 

@@ -8,6 +8,7 @@ use keepout_planner::align::{PROBE_ERROR_MM, ProbePoint, TOLERANCE_MM};
 use keepout_planner::job::LoopNumber;
 use keepout_planner::plan::{Cut, FEEDS_MM_MIN, PassParameters};
 use keepout_planner::profile::MachinedSide;
+use keepout_planner::select::Stroke;
 
 use crate::values::{pair, pass, time};
 
@@ -108,6 +109,27 @@ impl From<CutArgument> for Cut {
     }
 }
 
+/// The contour of an outline that is drawn as a stroke with width.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum StrokeArgument {
+    /// The outer boundary of the ink.
+    Outer,
+    /// The inner boundary of the ink.
+    Inner,
+    /// Both: the part is as thin as the ink.
+    Part,
+}
+
+impl From<StrokeArgument> for Stroke {
+    fn from(stroke: StrokeArgument) -> Self {
+        match stroke {
+            StrokeArgument::Outer => Self::Outer,
+            StrokeArgument::Inner => Self::Inner,
+            StrokeArgument::Part => Self::Part,
+        }
+    }
+}
+
 /// Entities that bound contours only when the user requests them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Extra {
@@ -128,9 +150,12 @@ pub(crate) struct DrawingArguments {
     /// Leave out these layers. Can be repeated.
     #[arg(long, value_name = "NAME")]
     pub(crate) without_layer: Vec<String>,
-    /// The drawing's unit, if the file states no unit or a wrong one: mm, cm, m, in, ft.
+    /// The drawing's unit, if the file states no unit or a wrong one: mm, cm, m, µm (or um), in, ft, mil.
     #[arg(long, value_name = "UNIT")]
     pub(crate) units: Option<String>,
+    /// Multiply all coordinates by this factor, besides the unit.
+    #[arg(long, value_name = "FACTOR")]
+    pub(crate) scale: Option<f64>,
     /// Largest gap that is closed, mm. The output lists each closed gap.
     #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::JOIN_MM)]
     pub(crate) join_mm: f64,
@@ -140,6 +165,10 @@ pub(crate) struct DrawingArguments {
     /// Use lines of this line type although it has gaps. Can be repeated.
     #[arg(long, value_name = "NAME")]
     pub(crate) line_type: Vec<String>,
+    /// State that lines of this gapped line type bound no contour, even if they surround the part. Can be
+    /// repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) without_line_type: Vec<String>,
     /// Use these entities as contours, too.
     #[arg(long, value_enum)]
     pub(crate) with: Vec<Extra>,
@@ -237,6 +266,9 @@ pub(crate) struct PlanArguments {
     /// Leave out curves that do not close, and list them. Without this option they make the drawing unusable.
     #[arg(long)]
     pub(crate) leave_out_open: bool,
+    /// Outlines that are drawn as strokes with width: the contour to take.
+    #[arg(long, value_enum)]
+    pub(crate) stroke: Option<StrokeArgument>,
     /// Layer of keep-out zones: the tool also keeps out of its closed contours, such as clamps or a vice. Can
     /// be repeated.
     #[arg(long, value_name = "NAME")]

@@ -173,7 +173,7 @@ impl CliError {
             Self::Drawing(_)
             | Self::PlanRequest {
                 source:
-                    PlanRequestError::Drawing(_) | PlanRequestError::Select(_) | PlanRequestError::Stroke { .. },
+                    PlanRequestError::Drawing(_) | PlanRequestError::Select(_) | PlanRequestError::Travel { .. },
                 ..
             } => 3,
             Self::PlanRequest { .. } | Self::Place(_) => 4,

@@ -14,7 +14,7 @@ use keepout_planner::file::OUTPUT;
 use keepout_planner::inspect::inspect as look_at;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
-use keepout_planner::report::{inspection_svg, svg};
+use keepout_planner::report::{RunDrawing, inspection_svg, svg};
 use keepout_planner::request::{PlanRequest, PlanRequestError, Stage};
 use keepout_planner::select::Selection;
 use keepout_planner::{plan_file, sha256};
@@ -97,6 +97,8 @@ pub fn request_of(arguments: &DrawingArguments) -> Result<PlanRequest, CliError>
     choice.without.clone_from(&arguments.without_layer);
     choice.unit.clone_from(&arguments.units);
     choice.line_types.clone_from(&arguments.line_type);
+    choice.without_line_types.clone_from(&arguments.without_line_type);
+    choice.scale = arguments.scale;
     choice.hatches = arguments.with.contains(&super::Extra::Hatch);
     choice.solids = arguments.with.contains(&super::Extra::Solid);
     choice.placed = match (arguments.rotate_deg, arguments.offset_mm) {
@@ -121,11 +123,11 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
     progress.show(Stage::Reading);
     let (drawing, chained) = request.contours(&bytes).map_err(|error| wrong(error.into()))?;
     progress.show(Stage::Checking);
-    let found = look_at(&drawing, &chained);
+    let found = look_at(&drawing, &chained, &request.choice);
     drop(progress);
     if let Some(output) = &arguments.output {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        write(output, inspection_svg(&found, &chained, &name).as_bytes())?;
+        write(output, inspection_svg(&found, &drawing, &chained, &name).as_bytes())?;
     }
     if arguments.json {
         let json = serde_json::to_string_pretty(&found);
@@ -161,6 +163,7 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         least_area_mm2: arguments.min_area_mm2,
         most_area_mm2: arguments.max_area_mm2,
         leave_out_open: arguments.leave_out_open,
+        stroke: arguments.stroke.map(Into::into),
     };
     request.keep_out_layers.clone_from(&arguments.keep_out_layer);
     request.travel_layer.clone_from(&arguments.travel_layer);
@@ -206,7 +209,7 @@ pub fn load(path: &Path, time: CertifyTime) -> Result<CertifiedPlan, CliError> {
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
     refuse_same(&[&arguments.plan], &[&arguments.output])?;
     let certified = load(&arguments.plan, arguments.time)?;
-    let picture = svg(&certified, &certified.plan.provenance.name, &[]);
+    let picture = svg(&certified, &certified.plan.provenance.name, &RunDrawing::default());
     write(&arguments.output, picture.as_bytes())?;
     println!("written      {}", arguments.output.display());
     Ok(ExitCode::SUCCESS)

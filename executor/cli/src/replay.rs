@@ -101,7 +101,7 @@ impl Played {
             ("drawing", text_file::shown(&self.header.drawing)),
             ("began", text_file::shown(&self.header.began)),
             ("time span", format!("{:.3} s", counted.ended.elapsed().as_secs_f64())),
-            ("ended", self.replay.end().to_string()),
+            ("outcome", self.replay.outcome().to_string()),
             ("lines, each matching the one before", self.lines.to_string()),
             ("incomplete last line", torn),
             ("operator inputs", counted.inputs.to_string()),

@@ -11,8 +11,8 @@ use keepout_executor::operator::Panel;
 use keepout_executor::session::log::{Header, LogReader, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    Ended, EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, html,
-    picture_of_run, place_on_table,
+    EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, html, picture_of_run,
+    place_on_table,
 };
 use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
@@ -22,7 +22,7 @@ use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file;
-use keepout_planner::report::svg;
+use keepout_planner::report::{RunDrawing, svg};
 use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{point_from_mm, point_mm};
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
@@ -259,7 +259,7 @@ fn on_port(
     let mut display = Display::new(setup.screen, setup.panel);
     let mut samples: Vec<Sample> = Vec::new();
     let mut last = Time::ZERO;
-    let ended = session.run(&mut RealClock::default(), limit, |session, now| {
+    let outcome = session.run(&mut RealClock::default(), limit, |session, now| {
         let supervisor = session.supervisor();
         display.show(supervisor, None, now);
         last = now;
@@ -272,7 +272,7 @@ fn on_port(
     let supervisor = session.into_supervisor();
     let facts = RunFacts {
         setting: format!("{on}; positions as reported"),
-        ..RunFacts::of(&supervisor, ended, last.elapsed().as_secs_f64())
+        ..RunFacts::of(&supervisor, outcome, last.elapsed().as_secs_f64())
     };
     finish(supervisor.plan(), &facts, &samples, outputs)
 }
@@ -295,7 +295,7 @@ fn finish(
         println!("{name:<36} {value}");
     }
     let title = format!("{}, as run", plan.plan.provenance.name);
-    let picture = picture_of_run(plan, &title, samples);
+    let picture = picture_of_run(plan, &title, samples, &facts.progress);
     if let Some(path) = &outputs.picture {
         write(path, picture.as_bytes())?;
         println!("{:<36} {}", "picture", path.display());
@@ -311,16 +311,7 @@ fn exit_code(facts: &RunFacts) -> ExitCode {
     if facts.deepest_mm.is_some_and(|depth| depth > 0.0) {
         return ExitCode::from(8);
     }
-    let no_new_loop = facts.loops.0 == facts.loops_before;
-    let interrupted = facts.interrupted && facts.loops.0 < facts.loops.1;
-    match facts.ended {
-        Ended::Faulted => ExitCode::from(6),
-        Ended::OutOfTime => ExitCode::from(9),
-        Ended::Done if no_new_loop || interrupted || facts.partial > 0 || facts.unreached > 0 => {
-            ExitCode::from(9)
-        }
-        Ended::Done => ExitCode::SUCCESS,
-    }
+    ExitCode::from(facts.outcome.code())
 }
 
 /// Removes the log of an earlier demo. Refuses to remove any other log, because a run may need it to resume.
@@ -349,7 +340,7 @@ pub fn demo(output: &Path, jog_s: f64) -> Result<ExitCode, CliError> {
     let log = output.join("session.log");
     remove_of_demo(&log, &plan.plan.provenance.name)?;
     plan_file::save(&plan.plan, &output.join("bracket.plan"))?;
-    write(&output.join("plan.svg"), svg(&plan, "bracket.dxf", &[]).as_bytes())?;
+    write(&output.join("plan.svg"), svg(&plan, "bracket.dxf", &RunDrawing::default()).as_bytes())?;
     println!(
         "2. Run on the simulated machine, at 9600 baud with 150 ms of added delay each way. The operator \
          pushes at the wall for {jog_s:.0} s,\n   at {:.0} mm/s. Then the operator touches the part, and the \

@@ -4,11 +4,12 @@ use std::time::Duration;
 
 use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Operator;
+use keepout_executor::session::outcome::JobOutcome;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    Clock, Ended, EventLog, EventLogError, Going, PlaceError, RealClock, RunFacts, Sample, SampleKind,
-    Session, SessionSetup, TablePlacement, VirtualClock, coverage, place_on_table, start_inside,
+    Clock, EventLog, EventLogError, Going, PlaceError, RealClock, RunFacts, Sample, SampleKind, Session,
+    SessionSetup, TablePlacement, VirtualClock, coverage, place_on_table, start_inside,
 };
 use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
@@ -252,13 +253,13 @@ fn on_pty(
     run: &SimRun,
     monitored: &mut MonitoredSamples,
     watch: &mut Watch<'_>,
-) -> Result<(Ended, f64, Supervisor), SimError> {
+) -> Result<(JobOutcome, f64, Supervisor), SimError> {
     let pty = crate::pty::PtyMachine::start(machine)?;
     let port = Serial::open(pty.name(), run.baud)?;
     let mut session = setup.session(port, operator, event_log);
     let take = |_: &mut Session<'_, Serial>, into: &mut Vec<Sample>| into.append(&mut pty.take_samples());
-    let (ended, seconds) = drive(&mut session, &mut RealClock::default(), run, monitored, take, watch)?;
-    Ok((ended, seconds, session.into_supervisor()))
+    let (outcome, seconds) = drive(&mut session, &mut RealClock::default(), run, monitored, take, watch)?;
+    Ok((outcome, seconds, session.into_supervisor()))
 }
 
 #[cfg(not(unix))]
@@ -270,7 +271,7 @@ fn on_pty(
     _: &SimRun,
     _: &mut MonitoredSamples,
     _: &mut Watch<'_>,
-) -> Result<(Ended, f64, Supervisor), SimError> {
+) -> Result<(JobOutcome, f64, Supervisor), SimError> {
     Err(PortError::Open { name: "pty".into(), reason: "this system has no ptys".into() }.into())
 }
 
@@ -324,10 +325,10 @@ fn drive<P: Port>(
     monitored: &mut MonitoredSamples,
     take: impl Fn(&mut Session<'_, P>, &mut Vec<Sample>),
     watch: &mut Watch<'_>,
-) -> Result<(Ended, f64), EventLogError> {
+) -> Result<(JobOutcome, f64), EventLogError> {
     let mut last = Time::ZERO;
     let mut samples = Vec::new();
-    let ended = session.run(clock, run.limit, |session, now| {
+    let outcome = session.run(clock, run.limit, |session, now| {
         take(session, &mut samples);
         monitored.take(&mut samples);
         last = now;
@@ -341,7 +342,7 @@ fn drive<P: Port>(
         take(session, &mut samples);
         monitored.take(&mut samples);
         if now >= rest {
-            return Ok((ended, last.elapsed().as_secs_f64()));
+            return Ok((outcome, last.elapsed().as_secs_f64()));
         }
         clock.wait(rest);
     }
@@ -349,7 +350,7 @@ fn drive<P: Port>(
 
 fn result_of(
     supervisor: Supervisor,
-    ended: Ended,
+    outcome: JobOutcome,
     seconds: f64,
     run: &SimRun,
     monitored: MonitoredSamples,
@@ -370,7 +371,7 @@ fn result_of(
         closest_by_hand_mm: monitor.closest_by_hand_mm(),
         coverage,
         setting,
-        ..RunFacts::of(&supervisor, ended, seconds)
+        ..RunFacts::of(&supervisor, outcome, seconds)
     };
     let watched = monitor.watched();
     SimResult { facts, samples: monitored.samples, work: supervisor.work().clone(), watched }

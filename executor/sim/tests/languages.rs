@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use keepout_executor::dialect::DialectName;
-use keepout_executor::session::{Ended, Going, NoEventLog, RunFacts};
+use keepout_executor::session::{Going, NoEventLog, RunFacts};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::margin::TermKind;
@@ -52,7 +52,10 @@ fn whole(language: &str, stock_mm: f64) {
     for (operator, seed) in [("wall", 1), ("random", 2)] {
         let facts = run(language, operator, stock_mm, seed);
         assert_eq!(facts.deepest_mm, Some(0.0), "{language} {operator}: {facts:?}");
-        assert!(facts.ended == Ended::Done && facts.loops.0 > 0, "{language} {operator}: {facts:?}");
+        assert!(
+            facts.outcome.is_by_operator() && !facts.progress.finished.is_empty(),
+            "{language} {operator}: {facts:?}"
+        );
         assert!(facts.counts.jogs > 10, "{language} {operator}: {facts:?}");
         let coverage = facts.coverage.unwrap();
         // Stock closes the narrow places, so every controller misses the same points.
@@ -117,7 +120,7 @@ fn one_answer() {
 fn slow_line(language: &str) {
     let facts = run_over(9600, 150, language, "calm", 0.1, 3);
     assert_eq!(facts.deepest_mm, Some(0.0), "{language}: {facts:?}");
-    assert!(facts.ended == Ended::Done && facts.loops.0 > 0, "{language}: {facts:?}");
+    assert!(facts.outcome.is_by_operator() && !facts.progress.finished.is_empty(), "{language}: {facts:?}");
 }
 
 #[test]
@@ -143,6 +146,6 @@ fn slow_tango() {
 #[test]
 fn independent_axes_need_stock_and_a_notice_states_it() {
     let facts = run(&described("../dialects/nsk-style"), "wall", 0.0, 1);
-    assert_eq!((facts.loops.0, facts.deepest_mm), (0, Some(0.0)), "{facts:?}");
+    assert_eq!((facts.progress.finished.len(), facts.deepest_mm), (0, Some(0.0)), "{facts:?}");
     assert!(facts.notices.iter().any(|notice| notice.contains("leaves at least 0.01 mm")), "{facts:?}");
 }

@@ -147,7 +147,24 @@ impl Engine {
     /// # Errors
     /// As [`Engine::receive`].
     pub fn halt(&mut self, now: Time, event_log: &mut dyn EventLog) -> Result<(), EventLogError> {
-        event_log.take(now, &LoggedEvent::Halt)?;
+        self.end(&LoggedEvent::Halt, now, event_log)
+    }
+
+    /// Brings the machine to rest and ends the session, because its time is over.
+    ///
+    /// # Errors
+    /// As [`Engine::receive`].
+    pub fn time_limit(&mut self, now: Time, event_log: &mut dyn EventLog) -> Result<(), EventLogError> {
+        self.end(&LoggedEvent::TimeLimit, now, event_log)
+    }
+
+    fn end(
+        &mut self,
+        why: &LoggedEvent<'_>,
+        now: Time,
+        event_log: &mut dyn EventLog,
+    ) -> Result<(), EventLogError> {
+        event_log.take(now, why)?;
         let before = self.supervisor.phase();
         self.commands.extend(self.supervisor.halt());
         self.send(now, event_log)?;

@@ -31,8 +31,12 @@ pub enum LoggedEvent<'a> {
     PortLost(Cow<'a, str>),
     /// The port is back.
     PortFound,
-    /// The session began its end.
+    /// The session began its end, because its program asked for it.
     Halt,
+    /// The session began its end, because its time is over.
+    TimeLimit,
+    /// The outcome of the job, in words. It is the last event of a session.
+    Outcome(Cow<'a, str>),
     /// The guard certified the motion that follows.
     Certificate(Certificate),
     /// The engine sent bytes to the controller.
@@ -52,7 +56,7 @@ impl LoggedEvent<'_> {
     /// Whether the event is an input of the engine. The others are outputs.
     #[must_use]
     pub fn is_input(&self) -> bool {
-        !matches!(self, Self::Sent(_) | Self::Certificate(_) | Self::Phase { .. })
+        !matches!(self, Self::Sent(_) | Self::Certificate(_) | Self::Phase { .. } | Self::Outcome(_))
     }
 
     /// The event with owned data.
@@ -67,6 +71,8 @@ impl LoggedEvent<'_> {
             Self::PortLost(reason) => LoggedEvent::PortLost(Cow::Owned(reason.into_owned())),
             Self::PortFound => LoggedEvent::PortFound,
             Self::Halt => LoggedEvent::Halt,
+            Self::TimeLimit => LoggedEvent::TimeLimit,
+            Self::Outcome(outcome) => LoggedEvent::Outcome(Cow::Owned(outcome.into_owned())),
             Self::Certificate(certificate) => LoggedEvent::Certificate(certificate),
             Self::Sent(bytes) => LoggedEvent::Sent(Cow::Owned(bytes.into_owned())),
             Self::Phase { phase, fault } => LoggedEvent::Phase { phase, fault },

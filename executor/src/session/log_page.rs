@@ -8,7 +8,7 @@ use keepout_kernel::{Point, Segment};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::report::element::Element;
 use keepout_planner::report::html::{page, table};
-use keepout_planner::report::{Spot, SpotKind, Trace, TraceKind, svg_of_run};
+use keepout_planner::report::{RunDrawing, Spot, SpotKind, Trace, TraceKind, svg};
 use keepout_planner::sha256::hex;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
 
@@ -43,7 +43,8 @@ pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
             .map(|last| Trace { kind: TraceKind::Manual, points_mm: vec![last.position_mm] }),
     );
     let title = format!("{}, {}: jogging as reported, contour as sent", header.drawing, header.began);
-    svg_of_run(plan, &title, &drawn, &spots)
+    let progress = replay.supervisor.progress();
+    svg(plan, &title, &RunDrawing { traces: &drawn, spots: &spots, progress: Some(&progress) })
 }
 
 /// The jogging traces, from one reported position to the next. If the straight line between two positions
@@ -105,33 +106,20 @@ fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
 fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
     let PhaseTimes { starting, by_hand, touching, contouring, held, stopped } = replay.timeline.spent;
     let supervisor = &replay.supervisor;
-    let progress = supervisor.progress();
     let closest = replay.timeline.closest_mm().map_or("no position was reported".into(), |(mm, at)| {
         format!("{mm:.4} mm at {}, of the positions that the controller reported", clock(at))
     });
-    let earlier = header.progress.finished.len();
-    let finished = format!(
-        "{} of {}{}{}",
-        progress.finished.len(),
-        supervisor.plan().plan.loop_count(),
-        if earlier > 0 { format!(", {earlier} of them in earlier runs") } else { String::new() },
-        if progress.partial.is_empty() {
-            String::new()
-        } else {
-            format!("; {} in part", progress.partial.len())
-        },
-    );
     let mut rows = vec![
         row("began", &header.began),
         row("time span", format!("{} after it began", clock(replay.counted.ended))),
-        row("ended", replay.end().to_string()),
+        row("outcome", replay.outcome().to_string()),
         row("starting, homing", span(starting)),
         row("jogging", span(by_hand)),
         row("contact, planning the contour", span(touching)),
         row("contouring", span(contouring)),
         row("feed hold", span(held)),
         row("stopped, ending", span(stopped)),
-        row("finishing loops contoured", finished),
+        row("rest material after the whole plan", supervisor.plan().plan.finish().residual()),
         row("closest approach of tool and part", closest),
     ];
     rows.extend(count_rows(&supervisor.counts()));
@@ -161,7 +149,9 @@ fn happenings(replay: &Replay) -> impl Iterator<Item = [String; 3]> {
             TimelineEntry::Touched => "contour requested".into(),
             TimelineEntry::Contouring => "contouring".into(),
             TimelineEntry::Held => "feed hold".into(),
-            TimelineEntry::Finished(number) => format!("{number} finished"),
+            TimelineEntry::Finished(number) => {
+                format!("{} is cut", replay.supervisor.plan().loop_name(*number))
+            }
             TimelineEntry::Told(notice) => format!("note: {notice}"),
             TimelineEntry::Fault(fault) => format!("stopped: {fault}"),
             TimelineEntry::Recovered => "recovered: the session begins again with the controller".into(),

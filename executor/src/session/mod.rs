@@ -7,6 +7,7 @@ mod event_log;
 pub mod log;
 mod log_page;
 pub mod micros;
+pub mod outcome;
 mod place;
 pub mod port;
 pub mod replay;
@@ -22,6 +23,6 @@ pub use event_log::{Certificate, EventLog, EventLogError, LoggedEvent, NoEventLo
 pub use log_page::{page_of_log, picture_of_log};
 pub use place::{PlaceError, TablePlacement, place_on_table, start_inside};
 pub use report::{RunFacts, html, picture_of_run};
-pub use run::{Clock, Ended, Going, RealClock, Reopen, Session, VirtualClock, nearest_wall};
+pub use run::{Clock, Going, RealClock, Reopen, Session, VirtualClock, nearest_wall};
 pub use sample::{Sample, SampleKind};
 pub use setup::SessionSetup;

@@ -1,39 +1,29 @@
 //! The page and the picture of a run, from the session itself.
 
+use keepout_planner::job::Progress;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::report::element::Element;
 use keepout_planner::report::html::page;
-use keepout_planner::report::{Trace, TraceKind, svg};
+use keepout_planner::report::{RunDrawing, Trace, TraceKind, svg};
 use keepout_planner::sha256::hex;
 use keepout_planner::units::mm;
 
 use super::coverage::Coverage;
-use super::run::Ended;
+use super::outcome::JobOutcome;
 use crate::session::{Sample, SampleKind};
 use crate::supervisor::{Counts, Supervisor};
 
 /// The figures of a run.
 #[derive(Clone, Debug)]
 pub struct RunFacts {
-    /// The end of the session.
-    pub ended: Ended,
-    /// The fault, in words.
-    pub fault: Option<String>,
+    /// The outcome of the job.
+    pub outcome: JobOutcome,
     /// Machine time, s.
     pub seconds: f64,
     /// The supervisor's counters.
     pub counts: Counts,
-    /// Finishing loops contoured, and finishing loops in all. A loop in another free space can be cut only
-    /// from there.
-    pub loops: (usize, usize),
-    /// Finishing loops that earlier sessions contoured.
-    pub loops_before: usize,
-    /// Finishing loops that are cut in part.
-    pub partial: usize,
-    /// Finishing loops in the same free space without a link move to them.
-    pub unreached: usize,
-    /// Whether a contour began and is not done. An end between two loops counts, too.
-    pub interrupted: bool,
+    /// The progress of the contours.
+    pub progress: Progress,
     /// Deepest gouge by the monitor, mm; `None` without a monitor.
     pub deepest_mm: Option<f64>,
     /// Least distance between tool and part by the monitor, mm.
@@ -51,17 +41,12 @@ pub struct RunFacts {
 impl RunFacts {
     /// The supervisor's figures after a session of `seconds`, without the collision monitor's figures.
     #[must_use]
-    pub fn of(supervisor: &Supervisor, ended: Ended, seconds: f64) -> Self {
+    pub fn of(supervisor: &Supervisor, outcome: JobOutcome, seconds: f64) -> Self {
         Self {
-            ended,
-            fault: supervisor.fault().map(ToString::to_string),
+            outcome,
             seconds,
             counts: supervisor.counts(),
-            loops: (supervisor.finished().len(), supervisor.plan().plan.loop_count()),
-            loops_before: supervisor.finished_before(),
-            partial: supervisor.progress().partial.len(),
-            unreached: supervisor.unreached(),
-            interrupted: supervisor.is_interrupted(),
+            progress: supervisor.progress(),
             deepest_mm: None,
             closest_mm: None,
             closest_by_hand_mm: None,
@@ -76,7 +61,7 @@ impl RunFacts {
     pub fn rows(&self, plan: &CertifiedPlan) -> Vec<(String, String)> {
         let row = |name: &str, value: String| (name.to_string(), value);
         let mut rows = vec![
-            row("ended", self.fault.clone().unwrap_or_else(|| format!("{:?}", self.ended))),
+            row("outcome", self.outcome.to_string()),
             row("setting", self.setting.clone()),
             row("time", format!("{:.1} s", self.seconds)),
         ];
@@ -90,11 +75,6 @@ impl RunFacts {
         if let Some(closest) = self.closest_by_hand_mm {
             rows.push(row("closest approach while jogging", format!("{closest:.5} mm")));
         }
-        let in_part = match self.partial {
-            0 => String::new(),
-            partial => format!(", {partial} in part"),
-        };
-        rows.push(row("finishing loops contoured", format!("{} of {}{in_part}", self.loops.0, self.loops.1)));
         if let Some(coverage) = self.coverage.filter(|coverage| coverage.reachable > 0) {
             rows.push(row(
                 "cut contour to profile",
@@ -113,7 +93,7 @@ impl RunFacts {
             }
         }
         let finish = plan.plan.finish();
-        rows.push(row("rest material", finish.residual()));
+        rows.push(row("rest material after the whole plan", finish.residual()));
         rows.push(row(
             "margin M",
             format!("{:.5} mm", plan.plan.budget.total().map_or(f64::NAN, |m| mm(m.units()))),
@@ -136,8 +116,9 @@ const DRAWN: usize = 40_000;
 
 /// The picture of a run from the true positions, in drawing coordinates.
 #[must_use]
-pub fn picture_of_run(plan: &CertifiedPlan, title: &str, samples: &[Sample]) -> String {
-    svg(plan, title, &traces(samples))
+pub fn picture_of_run(plan: &CertifiedPlan, title: &str, samples: &[Sample], progress: &Progress) -> String {
+    let traces = traces(samples);
+    svg(plan, title, &RunDrawing { traces: &traces, spots: &[], progress: Some(progress) })
 }
 
 /// The traces of a run, one for each stretch of one kind. Long runs are thinned out.

@@ -12,7 +12,8 @@ use keepout_planner::units::point_mm;
 use keepout_planner::{Box2, Mm2};
 
 use super::engine::Engine;
-use super::event_log::{EventLog, EventLogError};
+use super::event_log::{EventLog, EventLogError, LoggedEvent};
+use super::outcome::{Ending, JobOutcome};
 use crate::operator::{Operator, OperatorView};
 use crate::session::port::{Port, PortError};
 use crate::supervisor::{JobRequest, OperatorCommand, Phase, Supervisor};
@@ -94,17 +95,6 @@ const REST_WITHIN: Duration = Duration::from_secs(10);
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
 /// Time between two attempts to reopen a lost port.
 const REOPEN_EVERY: Duration = Duration::from_secs(1);
-
-/// How a session ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
-    /// As the operator wanted.
-    Done,
-    /// By a fault. The supervisor names it.
-    Faulted,
-    /// The time limit is over.
-    OutOfTime,
-}
 
 /// A planner of contouring jobs.
 pub type Planner<'a> = Box<dyn FnMut(&JobRequest, &CertifiedPlan) -> Result<ContourJob, JobError> + 'a>;
@@ -208,32 +198,44 @@ impl<'a, P: Port> Session<'a, P> {
         clock: &mut impl Clock,
         limit: Duration,
         mut watch: impl FnMut(&mut Self, Time) -> Going,
-    ) -> Result<Ended, EventLogError> {
+    ) -> Result<JobOutcome, EventLogError> {
         let mut over: Option<Time> = None;
         let mut halted = false;
         loop {
             let now = clock.now();
             if over.is_none() && (halted || now >= Time::ZERO.after(limit)) {
                 over = Some(now);
-                self.guarded(now, |session| session.engine.halt(now, session.event_log.as_mut()))?;
+                self.guarded(now, |session| {
+                    let (engine, log) = (&mut session.engine, session.event_log.as_mut());
+                    if halted { engine.halt(now, log) } else { engine.time_limit(now, log) }
+                })?;
             }
             self.guarded(now, |session| session.round(now, clock.is_real()))?;
             halted |= watch(self, now) == Going::Halt;
-            if let Some(ended) = self.ended(over.filter(|_| !halted), over, now) {
+            if let Some(outcome) = self.outcome(over.filter(|_| !halted), over, now) {
+                let words = outcome.to_string();
+                self.event_log.take(now, &LoggedEvent::Outcome(words.into()))?;
                 self.event_log.flush()?;
-                return Ok(ended);
+                return Ok(outcome);
             }
             clock.wait(self.due(limit, over));
         }
     }
 
-    fn ended(&self, out_of_time: Option<Time>, over: Option<Time>, now: Time) -> Option<Ended> {
-        match self.supervisor().phase() {
+    /// The outcome, once the session has ended.
+    fn outcome(&self, out_of_time: Option<Time>, over: Option<Time>, now: Time) -> Option<JobOutcome> {
+        let supervisor = self.supervisor();
+        match supervisor.phase() {
             // A fault after Stop ends the session: the operator does not want to recover.
-            Phase::Faulted if !self.recovers || self.stop_given || over.is_some() => Some(Ended::Faulted),
-            Phase::Done if out_of_time.is_some() => Some(Ended::OutOfTime),
-            Phase::Done => Some(Ended::Done),
-            _ if over.is_some_and(|over| now.since(over) > REST_WITHIN) => Some(Ended::OutOfTime),
+            Phase::Faulted if !self.recovers || self.stop_given || over.is_some() => {
+                let fault = supervisor.fault().map(ToString::to_string).unwrap_or_default();
+                Some(JobOutcome::of(supervisor, Ending::Fault(fault)))
+            }
+            Phase::Done if out_of_time.is_none() => Some(JobOutcome::by_operator(supervisor)),
+            Phase::Done => Some(JobOutcome::of(supervisor, Ending::TimeLimit)),
+            _ if over.is_some_and(|over| now.since(over) > REST_WITHIN) => {
+                Some(JobOutcome::of(supervisor, Ending::TimeLimit))
+            }
             _ => None,
         }
     }

@@ -106,9 +106,12 @@ impl Supervisor {
             sources.resize(curves.len(), source);
         }
         self.guard.begin_contour(curves)?;
-        self.contours.unreached = job.unreached.len();
-        for unreached in &job.unreached {
-            self.note(format!("no link move outside the jogging clearance reaches finishing {unreached}"));
+        self.contours.unreached.clone_from(&job.unreached);
+        for &unreached in &job.unreached {
+            let name = self.work.plan.loop_name(unreached);
+            self.note(format!(
+                "no link move outside the jogging clearance leads to {name}: jog the tool to it"
+            ));
         }
         if job.recut_mm > 0.0 {
             self.note(format!(

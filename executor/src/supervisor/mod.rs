@@ -124,7 +124,7 @@ struct Contours {
     progress: Progress,
     interrupted: Option<Interrupted>,
     /// Loops of the last job that no link move reaches.
-    unreached: usize,
+    unreached: Vec<LoopNumber>,
 }
 
 impl Supervisor {
@@ -143,7 +143,11 @@ impl Supervisor {
             state: State::Connecting { garbled: None },
             polling: Polling::default(),
             operation: Operation::default(),
-            contours: Contours { progress: options.progress.clone(), interrupted: None, unreached: 0 },
+            contours: Contours {
+                progress: options.progress.clone(),
+                interrupted: None,
+                unreached: Vec::new(),
+            },
             limits,
             notices: Vec::new(),
             counts: Counts::default(),
@@ -261,10 +265,10 @@ impl Supervisor {
         &self.contours.progress.finished
     }
 
-    /// Number of finishing loops of the last contouring job that no link move reaches.
+    /// Finishing loops of the last contouring job that no link move reaches.
     #[must_use]
-    pub fn unreached(&self) -> usize {
-        self.contours.unreached
+    pub fn unreached(&self) -> &[LoopNumber] {
+        &self.contours.unreached
     }
 
     /// Whether a contour was interrupted and is not finished.

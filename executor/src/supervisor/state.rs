@@ -146,6 +146,23 @@ pub enum Phase {
 }
 
 impl Phase {
+    /// The phase in words, after "while".
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Starting => "starting",
+            Self::Manual => "jogging",
+            Self::Sliding => "jogging along the wall",
+            Self::Escaping => "retracting from the part",
+            Self::Touching => "planning the contour",
+            Self::Contouring => "cutting a contour",
+            Self::Holding => "holding in a contour",
+            Self::Stopping => "stopping",
+            Self::Done => "ending",
+            Self::Faulted => "stopped by a fault",
+        }
+    }
+
     /// Whether the operator moves the tool in this phase.
     #[must_use]
     pub fn is_steered(self) -> bool {

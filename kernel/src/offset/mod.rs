@@ -14,4 +14,4 @@ mod track;
 
 pub use certify::{Gouge, GougeCause, PATH_CHORD_ERROR, certify_path, shortest_arc};
 pub use complete::{BESIDE, COVERAGE, Missing, RESOLUTION, certify_complete};
-pub use propose::{Offset, OffsetLoop, Outline, propose};
+pub use propose::{CutContour, Offset, OffsetLoop, Outline, propose};

@@ -39,9 +39,80 @@ impl Outline {
 pub struct OffsetLoop {
     /// Lines and arcs. Each begins where the one before it ends, and the last ends where the first begins.
     pub curves: Vec<Curve>,
-    /// The outlines that the tool disc touches from this loop, ascending. Each has its touched length in
-    /// lattice units.
-    pub outlines: Vec<(usize, f64)>,
+    /// The contour that the disc cuts on the part's side.
+    pub cut: CutContour,
+}
+
+/// The contour that a disc cuts while its centre runs along a loop: the touched profile, and arcs of the disc
+/// where it does not reach the profile. The part is on the left. The contour can cross itself and others, where
+/// discs at distant places of a path overlap.
+#[derive(Clone, Debug)]
+pub struct CutContour {
+    curves: Vec<PlaneCurve>,
+    /// Number of its arcs that the disc leaves, and the profile does not have.
+    disc_arcs: usize,
+}
+
+impl CutContour {
+    pub(super) fn new(curves: Vec<PlaneCurve>, disc_arcs: usize) -> Self {
+        Self { curves, disc_arcs }
+    }
+
+    /// Whether it has arcs of the disc, where rest material stays.
+    #[must_use]
+    pub fn has_disc_arcs(&self) -> bool {
+        self.disc_arcs > 0
+    }
+
+    /// The contour of the curves of an outline, with the free side on its right.
+    #[must_use]
+    pub fn of(outline: &Outline) -> Self {
+        Self { curves: outline.shapes(), disc_arcs: 0 }
+    }
+
+    /// Twice its signed area, in square lattice units: the integral of its winding number.
+    #[must_use]
+    pub fn double_area(&self) -> f64 {
+        let origin = self.curves.first().map_or(Vec2::ZERO, |shape| shape.at(0.0));
+        let next = self.curves.iter().cycle().skip(1);
+        let areas = self.curves.iter().zip(next).map(|(shape, next)| {
+            // The next curve may begin a little beside the end of this one.
+            shape.double_area(origin) + (shape.at(1.0) - origin).cross(next.at(0.0) - origin)
+        });
+        areas.sum()
+    }
+
+    /// The number of [`CutContour::corners`].
+    #[must_use]
+    pub fn corner_count(&self, sagitta: f64) -> usize {
+        let count =
+            |curve| usize::try_from(curve::round_up(chord_count(curve, sagitta))).unwrap_or(usize::MAX);
+        self.curves.iter().map(count).fold(self.curves.len(), usize::saturating_add)
+    }
+
+    /// The corners of a polygon along the contour. Its chords leave the arcs by at most `sagitta` lattice units.
+    #[must_use]
+    pub fn corners(&self, sagitta: f64) -> Vec<Vec2> {
+        let mut corners = Vec::with_capacity(self.corner_count(sagitta));
+        for curve in &self.curves {
+            let count = chord_count(curve, sagitta);
+            let mut k = 0.0;
+            while k < count {
+                corners.push(curve.at(k / count));
+                k += 1.0;
+            }
+            corners.push(curve.at(1.0));
+        }
+        corners
+    }
+}
+
+/// The number of equal chords of a curve with this sagitta.
+fn chord_count(curve: &PlaneCurve, sagitta: f64) -> f64 {
+    match curve {
+        PlaneCurve::Line { .. } => 1.0,
+        PlaneCurve::Arc(arc) => ceil(arc.length() / arc.chord_length(sagitta)).max(1.0),
+    }
 }
 
 /// A proposed offset.
@@ -49,12 +120,6 @@ pub struct OffsetLoop {
 pub struct Offset {
     /// The loops.
     pub loops: Vec<OffsetLoop>,
-    /// Length of the profile that the tool disc touches, in lattice units.
-    pub touched_length: f64,
-    /// Length of the profile, in lattice units.
-    pub profile_length: f64,
-    /// Area of the rest material: the stock that the tool disc cannot reach, in square lattice units.
-    pub residual_area: f64,
     /// Ends without a continuation, in lattice units. It has an entry at the origin if an edge lies off the
     /// lattice. Do not use the proposal unless this is empty.
     pub loose_ends: Vec<Vec2>,
@@ -86,8 +151,7 @@ pub fn propose(outlines: &[Outline], d: f64) -> Offset {
         edges.extend(outline.shapes());
         chains.push((first, edges.len()));
     }
-    let mut offset =
-        Offset { profile_length: edges.iter().map(PlaneCurve::length).sum(), ..Offset::default() };
+    let mut offset = Offset::default();
     let Some(index) = EdgeIndex::of(&edges) else {
         offset.loose_ends.push(Vec2::ZERO);
         return offset;
@@ -95,12 +159,10 @@ pub fn propose(outlines: &[Outline], d: f64) -> Offset {
     let mut cutter =
         Cutter { edges: &edges, index: &index, d, open: Vec::new(), spare: Vec::new(), hint: None };
     let mut kept = Vec::new();
-    for (outline, &chain) in chains.iter().enumerate() {
-        cutter.cut_chain(outline, chain, &mut kept);
+    for chain in chains {
+        cutter.cut_chain(chain, &mut kept);
     }
-    offset.touched_length = kept.iter().filter_map(|piece| piece.touched).map(|edge| edge.length()).sum();
-    let part_area: f64 = edges.iter().map(|edge| edge.double_area(Vec2::ZERO) / 2.0).sum();
-    stitch(&kept, d, part_area, &mut offset);
+    stitch(&kept, d, &mut offset);
     offset
 }
 
@@ -163,17 +225,17 @@ struct Cutter<'a> {
 impl Cutter<'_> {
     /// Collects the uncovered pieces of a chain's offset shapes: one shape beside each edge, and one around
     /// each corner convex to the tool.
-    fn cut_chain(&mut self, outline: usize, (first, end): (usize, usize), kept: &mut Vec<Kept>) {
+    fn cut_chain(&mut self, (first, end): (usize, usize), kept: &mut Vec<Kept>) {
         for i in first..end {
             let edge = self.edges[i];
             let next = if i + 1 == end { first } else { i + 1 };
             if let Some(shape) = edge.offset_right(self.d) {
                 self.cut(&shape, (first, end), (i, i));
-                self.keep(&shape, outline, Some(edge), kept);
+                self.keep(&shape, Some(edge), kept);
             }
             if let Some(corner) = edge.corner_right(&self.edges[next], self.d) {
                 self.cut(&corner, (first, end), (i, next));
-                self.keep(&corner, outline, None, kept);
+                self.keep(&corner, None, kept);
             }
         }
     }
@@ -262,13 +324,13 @@ impl Cutter<'_> {
         Window::from_corners(down(x0 - r), down(y0 - r), up(x1 + r), up(y1 + r))
     }
 
-    fn keep(&self, shape: &PlaneCurve, outline: usize, edge: Option<PlaneCurve>, kept: &mut Vec<Kept>) {
+    fn keep(&self, shape: &PlaneCurve, edge: Option<PlaneCurve>, kept: &mut Vec<Kept>) {
         let track = Track::of(shape);
         for &(p, q) in &self.open {
             let (from, to) = (track.share(p), track.share(q));
             let piece = shape.part(from, to);
             if piece.length() > 1.0 {
-                kept.push(Kept { shape: piece, outline, touched: edge.map(|edge| edge.part(from, to)) });
+                kept.push(Kept { shape: piece, touched: edge.map(|edge| edge.part(from, to)) });
             }
         }
     }

@@ -1,13 +1,14 @@
 //! Joins uncovered pieces of offset shapes into loops, and rounds the loops to the lattice.
 
-use alloc::collections::BTreeMap;
 use alloc::vec;
 use alloc::vec::Vec;
+
+use core::f64::consts::{PI, TAU};
 
 use libm::{atan2, sqrt};
 
 use super::plane::PlaneCurve;
-use super::propose::{COVER, Offset, OffsetLoop};
+use super::propose::{COVER, CutContour, Offset, OffsetLoop};
 use crate::arc_view::ArcView;
 use crate::curve::{self, Curve};
 use crate::exact::segment::Segment;
@@ -28,20 +29,21 @@ fn joint_width(d: f64) -> f64 {
 /// are rounded. The certificates decide whether the path may run between them.
 const WIDE_JOINT: f64 = 2_000.0;
 
+/// A joint that turns to the left by more than half a circle without this is a dead end, radians.
+const DEAD_END: f64 = 0.01;
+
 /// A piece of an offset shape that no edge covers.
 pub struct Kept {
     pub shape: PlaneCurve,
-    pub outline: usize,
     /// The part of the profile that the disc touches from this piece. `None` at a corner.
     pub touched: Option<PlaneCurve>,
 }
 
-/// Joins uncovered pieces end to start into loops, and adds up their areas.
-pub fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
+/// Joins uncovered pieces end to start into loops.
+pub fn stitch(kept: &[Kept], d: f64, offset: &mut Offset) {
     let joint = joint_width(d);
     let starts = Starts::of(kept.iter().map(|piece| piece.shape.at(0.0)), joint);
     let mut used = vec![false; kept.len()];
-    let mut cut_area = 0.0;
     let mut open: Vec<Vec<usize>> = Vec::new();
     for first in 0..kept.len() {
         if used[first] {
@@ -62,17 +64,14 @@ pub fn stitch(kept: &[Kept], d: f64, part_area: f64, offset: &mut Offset) {
             }
         };
         if closed {
-            cut_area += cut_area_of(kept, &chain, d);
-            push_loop(kept, &chain, offset);
+            push_loop(kept, &chain, d, offset);
         } else {
             open.push(chain);
         }
     }
     for chain in close_wide(kept, open, offset) {
-        cut_area += cut_area_of(kept, &chain, d);
-        push_loop(kept, &chain, offset);
+        push_loop(kept, &chain, d, offset);
     }
-    offset.residual_area = (cut_area - part_area).abs();
 }
 
 enum Next {
@@ -137,44 +136,44 @@ fn continuation(starts: &Starts, used: &[bool], end: Vec2, begin: Option<Vec2>, 
     }
 }
 
-/// The area on the left of the contour that the disc cuts while its centre runs along the chain. The contour
-/// consists of the touched profile, and of an arc around every joint at which the path turns toward the free
-/// side.
-fn cut_area_of(kept: &[Kept], chain: &[usize], d: f64) -> f64 {
-    let mut contour: Vec<PlaneCurve> = Vec::new();
+/// The contour that the disc cuts while its centre runs along a chain. It consists of the touched profile, and
+/// of an arc around every joint at which the path turns toward the free side.
+fn cut_contour(kept: &[Kept], chain: &[usize], d: f64) -> CutContour {
+    let mut curves: Vec<PlaneCurve> = Vec::new();
+    let mut disc_arcs = 0;
     for (k, &index) in chain.iter().enumerate() {
-        contour.extend(kept[index].touched);
+        curves.extend(kept[index].touched);
         let next = &kept[chain[(k + 1) % chain.len()]].shape;
         let joint = kept[index].shape.at(1.0);
         let (incoming, outgoing) = (kept[index].shape.direction(1.0), next.direction(0.0));
         let turned = atan2(incoming.cross(outgoing), incoming.dot(outgoing));
-        if turned < 0.0 {
+        // At a dead end the path turns back, always on the free side.
+        let turned = if turned > PI - DEAD_END { turned - TAU } else { turned };
+        // A turn by rounding leaves no arc.
+        if turned * d < -1.0 {
+            disc_arcs += 1;
             let toward_part = incoming.right();
             let start = atan2(-toward_part.y, -toward_part.x);
-            contour.push(PlaneCurve::Arc(ArcView { centre: joint, radius: d, start, sweep: turned }));
+            curves.push(PlaneCurve::Arc(ArcView { centre: joint, radius: d, start, sweep: turned }));
         }
     }
-    let origin = contour.first().map_or(Vec2::ZERO, |shape| shape.at(0.0));
-    contour.iter().map(|shape| shape.double_area(origin) / 2.0).sum()
+    CutContour::new(curves, disc_arcs)
 }
 
 /// Rounds a chain to the lattice: joints become points, with arcs fitted through them. A line replaces an arc
 /// that is too short. A longer arc that fits no lattice centre leaves a loose end.
-fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
+fn push_loop(kept: &[Kept], chain: &[usize], d: f64, offset: &mut Offset) {
     let joint = |k: usize| {
         let (before, after) = (&kept[chain[k % chain.len()]], &kept[chain[(k + 1) % chain.len()]]);
         let (end, start) = (before.shape.at(1.0), after.shape.at(0.0));
         curve::nearest_point(end + (start - end) * 0.5)
     };
     let mut curves = Vec::new();
-    let mut outlines: BTreeMap<usize, f64> = BTreeMap::new();
     for (k, &index) in chain.iter().enumerate() {
         let (Ok(from), Ok(to)) = (joint(k + chain.len() - 1), joint(k)) else {
             offset.loose_ends.push(kept[index].shape.at(1.0));
             return;
         };
-        *outlines.entry(kept[index].outline).or_default() +=
-            kept[index].touched.map_or(0.0, |edge| edge.length());
         if from == to {
             continue;
         }
@@ -191,9 +190,8 @@ fn push_loop(kept: &[Kept], chain: &[usize], offset: &mut Offset) {
             },
         });
     }
-    let outlines = outlines.into_iter().collect();
     if curves.len() > 1 {
-        offset.loops.push(OffsetLoop { curves, outlines });
+        offset.loops.push(OffsetLoop { curves, cut: cut_contour(kept, chain, d) });
     }
 }
 

@@ -44,7 +44,33 @@ pub struct Chained {
     pub problems: Vec<Problem>,
     /// The chains that stay open.
     pub open: Vec<OpenChain>,
+    /// The joining tolerance that closes all gaps, if all problems are gaps.
+    pub gaps: Option<Gaps>,
 }
+
+/// Gaps that one joining tolerance closes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gaps {
+    /// Number of loose ends.
+    pub ends: usize,
+    /// The largest gap, mm.
+    pub largest_mm: f64,
+    /// A joining tolerance that closes all of them without another problem, mm.
+    pub join_mm: f64,
+}
+
+impl std::fmt::Display for Gaps {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { ends, largest_mm, join_mm } = self;
+        write!(
+            f,
+            "All {ends} loose ends have another within {largest_mm:.3} mm: --join-mm {join_mm} closes all gaps."
+        )
+    }
+}
+
+/// Largest gap for which the program proposes a joining tolerance, mm.
+const PROPOSED_MAX_MM: f64 = 2.0;
 
 impl Chained {
     /// Returns the loops if there is no problem.
@@ -52,7 +78,11 @@ impl Chained {
     /// # Errors
     /// [`DrawingError::Problems`] with all problems.
     pub fn closed(self) -> Result<Self, DrawingError> {
-        if self.problems.is_empty() { Ok(self) } else { Err(DrawingError::Problems(self.problems)) }
+        if self.problems.is_empty() {
+            Ok(self)
+        } else {
+            Err(DrawingError::Problems { problems: self.problems, gaps: self.gaps })
+        }
     }
 }
 
@@ -110,6 +140,27 @@ impl Piece {
 /// [`DrawingError::OffLattice`] and [`DrawingError::BadEntity`] with the entity;
 /// [`DrawingError::CurveBound`].
 pub fn chain(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chained, DrawingError> {
+    let chained = chain_within(drawing, join_mm, curve_mm)?;
+    let gaps = gaps(drawing, &chained.problems, curve_mm);
+    Ok(Chained { gaps, ..chained })
+}
+
+/// The joining tolerance that closes all gaps, if there is one.
+fn gaps(drawing: &Drawing, problems: &[Problem], curve_mm: f64) -> Option<Gaps> {
+    let gap_mm = |problem: &Problem| match problem {
+        Problem::Open { gap_mm, .. } => *gap_mm,
+        Problem::Tee { .. } | Problem::Branch { .. } => None,
+    };
+    let all: Option<Vec<f64>> = problems.iter().map(gap_mm).collect();
+    let largest_mm = all?.into_iter().reduce(f64::max).filter(|largest| *largest <= PROPOSED_MAX_MM)?;
+    let digit = 10_f64.powf((largest_mm * 1.02).log10().floor() - 1.0);
+    // A decimal such as 0.11 has no exact binary fraction, so its text gives it.
+    let join_mm = format!("{:.6}", (largest_mm * 1.02 / digit).ceil() * digit).parse().ok()?;
+    let closed = chain_within(drawing, join_mm, curve_mm).is_ok_and(|chained| chained.problems.is_empty());
+    closed.then_some(Gaps { ends: problems.len(), largest_mm, join_mm })
+}
+
+fn chain_within(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chained, DrawingError> {
     let bound = length_up_from_mm(curve_mm).ok().filter(|bound| (10..=100_000).contains(&bound.units()));
     let bound = bound.ok_or(DrawingError::CurveBound { curve_mm })?;
     let mut chained = Chained::default();
@@ -315,7 +366,11 @@ fn follow(
             continue;
         }
         let each = walk(pieces, (first, 0), &mut used, bound, origins)?;
-        if !each.edges.is_empty() {
+        if each.is_flat() {
+            let line = each.edges[0].curve;
+            let length_mm = line.length() / f64::from(UNITS_PER_MM);
+            chained.repairs.push(Repair::ThereAndBack { at: line.from(), length_mm });
+        } else if !each.edges.is_empty() {
             chained.layers.push(origins[pieces[first].origin as usize].layer.clone());
             chained.profile.loops.push(each);
         }

@@ -7,7 +7,8 @@ use super::entity::{Boundary, Ellipse, Entity, Hidden, Insert, Polyline, Shape, 
 use super::file::{DxfFile, folded};
 use super::import::EntityFilter;
 use super::placement::{Placement, bulge, cross, unit};
-use super::{Drawing, DrawingError, Origin, PolylineChain, RawCurve, spline};
+use super::{Drawing, DrawingError, LeftOutCurve, LeftOutReason, Origin, PolylineChain, RawCurve, spline};
+use crate::Mm2;
 
 /// Largest depth of blocks within blocks.
 const DEPTH_MAX: usize = 32;
@@ -16,6 +17,9 @@ const DEPTH_MAX: usize = 32;
 const VISITS_MAX: usize = if cfg!(fuzzing) { 100_000 } else { 20_000_000 };
 /// Largest number of curves of a drawing.
 pub const CURVES_MAX: usize = if cfg!(fuzzing) { 10_000 } else { 2_000_000 };
+
+/// Largest number of curves kept of those that are left out.
+const ASIDE_MAX: usize = 20_000;
 
 /// Turns the entities of a file into the curves of a drawing.
 pub struct Flattener<'a> {
@@ -123,7 +127,10 @@ impl<'a> Flattener<'a> {
         let is_insert = matches!(entity.shape, Shape::Insert(_));
         let hidden = entity.hidden.is_some();
         if let Some(why) = self.filter.hides(self.file, layer, (line_type, line_layer), hidden, is_insert) {
-            self.leave_out(why);
+            self.leave_out(why.to_string());
+            if !is_insert {
+                self.set_aside(entity, context, kind, why);
+            }
             return Ok(());
         }
         if let Shape::Insert(insert) = &entity.shape {
@@ -135,6 +142,8 @@ impl<'a> Flattener<'a> {
         }
         if !self.filter.takes_layer(name) {
             self.leave_out("on layers that are not selected".into());
+            let why = LeftOutReason::Layer(name.clone());
+            self.set_aside(entity, context, kind, why);
             return Ok(());
         }
         let origin = self.origin(entity, context, kind);
@@ -150,6 +159,34 @@ impl<'a> Flattener<'a> {
             *count += taken;
         }
         Ok(())
+    }
+
+    /// Keeps the curves of an entity that is left out, for the pictures and for the check of what surrounds the
+    /// part. An entity without readable curves has none.
+    fn set_aside(
+        &mut self,
+        entity: &Entity,
+        context: &InsertContext,
+        kind: &'static str,
+        reason: LeftOutReason,
+    ) {
+        if self.drawing.aside.len() >= ASIDE_MAX {
+            return;
+        }
+        let drawing = &self.drawing;
+        let (curves, runs, origins) = (drawing.curves.len(), drawing.runs.len(), drawing.origins.len());
+        let number = u32::try_from(origins).unwrap_or(u32::MAX);
+        let origin = self.origin(entity, context, kind);
+        self.drawing.origins.push(origin);
+        let read = self.shape(&entity.shape, entity.normal, &context.placement, number);
+        let drawing = &mut self.drawing;
+        let taken = drawing.curves.split_off(curves);
+        drawing.runs.truncate(runs);
+        drawing.origins.truncate(origins);
+        if read.is_ok() {
+            let left_out = |curve| LeftOutCurve { points: points_of(&curve), reason: reason.clone() };
+            drawing.aside.extend(taken.into_iter().map(left_out));
+        }
     }
 
     fn insert(
@@ -294,6 +331,16 @@ impl<'a> Flattener<'a> {
     }
 }
 
+/// Points along a curve, for a picture.
+fn points_of(curve: &RawCurve) -> Vec<Mm2> {
+    let shares = |count: u8| (0..=count).map(move |k| f64::from(k) / f64::from(count));
+    match curve {
+        RawCurve::Line { from, to } => vec![*from, *to],
+        RawCurve::Arc { arc, .. } => shares(24).map(|share| arc.at(share).into()).collect(),
+        RawCurve::Bezier(bezier) => shares(12).map(|share| bezier.at(share)).collect(),
+    }
+}
+
 /// The name of an entity that the filter takes, or the reason why it does not.
 fn kind_of(shape: &Shape, filter: &EntityFilter) -> Result<&'static str, String> {
     match shape {
@@ -333,13 +380,14 @@ fn arc(
     if radius < 0.0 {
         return Err("its radius is negative");
     }
+    if radius == 0.0 {
+        return Ok(());
+    }
     let (start, sweep) = match angles {
         None => (0.0, TAU),
         Some((start, end)) => (start.to_radians(), sweep_of(start.to_radians(), end.to_radians())?),
     };
-    if radius > 0.0 {
-        plane.arc(centre, ([radius, 0.0, 0.0], [0.0, radius, 0.0]), start, sweep, out);
-    }
+    plane.arc(centre, ([radius, 0.0, 0.0], [0.0, radius, 0.0]), start, sweep, out);
     Ok(())
 }
 

@@ -7,12 +7,14 @@ use super::file::{DxfFile, folded, read};
 use super::flatten::{Flattener, name_of};
 use super::placement::Placement;
 use super::tags::Damage;
-use super::{Drawing, DrawingError};
+use super::{Drawing, DrawingError, LeftOutReason, UnitSource};
 use crate::Mm2;
 use crate::file::{FileError, FileKind};
 
 /// Largest file that is read, in bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
+/// Permitted factors of `--scale`.
+pub const SCALES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 static DRAWING: FileKind = FileKind {
     unreadable: "Check the path and the permissions.",
     too_large: "Purge it in the CAD system, or export only the profile.",
@@ -34,6 +36,10 @@ pub struct EntityFilter {
     pub unit: Option<String>,
     /// Line types with gaps to take nevertheless.
     pub line_types: Vec<String>,
+    /// Line types with gaps that bound no contour. They may surround the part.
+    pub without_line_types: Vec<String>,
+    /// Factor for all coordinates, besides the unit.
+    pub scale: Option<f64>,
     /// Whether to take the boundaries of hatches.
     pub hatches: bool,
     /// Whether to take the outlines of solids and traces.
@@ -51,7 +57,15 @@ impl EntityFilter {
         (self.layers.is_empty() || has(&self.layers)) && !has(&self.without)
     }
 
+    /// Whether the user names the layer as one to leave out.
+    #[must_use]
+    pub fn leaves_out_layer(&self, name: &str) -> bool {
+        self.without.iter().any(|one| same_name(one, name))
+    }
+
     /// The reason why the filter hides an entity; `None` if it does not.
+    ///
+    /// The user expects an entity that is off, frozen or invisible to be left out. Its line type may surprise.
     pub(super) fn hides(
         &self,
         file: &DxfFile,
@@ -59,12 +73,12 @@ impl EntityFilter {
         (line_type, line_layer): (Option<u32>, u32),
         invisible: bool,
         is_insert: bool,
-    ) -> Option<String> {
+    ) -> Option<LeftOutReason> {
         let layer = file.layers.get(&folded(file.names.get(layer)));
         // A frozen layer hides a whole insert. A layer that is off hides only the block's entities on it.
         let hides = layer.is_some_and(|layer| layer.frozen || layer.off && !is_insert);
         if invisible || hides {
-            return Some("hidden, off or frozen".into());
+            return Some(LeftOutReason::Hidden);
         }
         if is_insert {
             return None;
@@ -76,7 +90,7 @@ impl EntityFilter {
         let wanted = self.line_types.iter().any(|line_type| line_type.eq_ignore_ascii_case(&name));
         let gaps = file.gaps.get(&name).copied().unwrap_or(false);
         let construction = gaps || CONSTRUCTION.iter().any(|word| name.contains(word));
-        (construction && !wanted).then(|| format!("construction lines (line type {name})"))
+        (construction && !wanted).then(|| LeftOutReason::LineType(name))
     }
 }
 
@@ -106,14 +120,19 @@ pub fn import(bytes: &[u8], filter: &EntityFilter) -> Result<Drawing, DrawingErr
 /// # Errors
 /// As [`import`].
 pub(crate) fn curves_of(file: &DxfFile, filter: &EntityFilter) -> Result<Drawing, DrawingError> {
-    let (scale, unit) = scale_of(filter.unit.as_deref(), file.units)?;
-    let mut placement = Placement::scaled(scale);
+    let (scale, unit, unit_source) = scale_of(filter.unit.as_deref(), file.units)?;
+    let factor = filter.scale.unwrap_or(1.0);
+    if !(SCALES.contains(&factor)) {
+        return Err(DrawingError::Scale { factor });
+    }
+    let unit = if factor == 1.0 { unit } else { format!("{unit}, scaled by {factor} (--scale)") };
+    let mut placement = Placement::scaled(scale * factor);
     if let Some((degrees, by)) = filter.placed {
         placement = placement.placed(degrees, by);
     }
     let mut flattener = Flattener::new(file, filter, unit);
     flattener.run(placement)?;
-    let mut drawing = flattener.drawing;
+    let mut drawing = Drawing { unit_source, unit_mm: scale * factor, ..flattener.drawing };
     if !file.ends_well {
         drawing
             .remarks
@@ -150,8 +169,8 @@ pub fn census(bytes: &[u8]) -> Result<BTreeMap<&'static str, usize>, Damage> {
     Ok(counts)
 }
 
-fn scale_of(asked: Option<&str>, stated: Option<i64>) -> Result<(f64, String), DrawingError> {
-    const UNITS: [(&str, f64, i64); 12] = [
+fn scale_of(asked: Option<&str>, stated: Option<i64>) -> Result<(f64, String, UnitSource), DrawingError> {
+    const UNITS: [(&str, f64, i64); 16] = [
         ("mm", 1.0, 4),
         ("cm", 10.0, 5),
         ("dm", 100.0, 14),
@@ -164,19 +183,26 @@ fn scale_of(asked: Option<&str>, stated: Option<i64>) -> Result<(f64, String), D
         ("µm", 1e-3, 13),
         ("um", 1e-3, 0),
         ("inch", 25.4, 0),
+        ("inches", 25.4, 0),
+        ("feet", 304.8, 0),
+        ("thou", 0.0254, 0),
+        ("mils", 0.0254, 0),
     ];
     if let Some(name) = asked {
         let known = UNITS.iter().find(|(unit, ..)| unit.eq_ignore_ascii_case(name));
         let (unit, scale, _) = known.ok_or_else(|| DrawingError::Unit { name: name.into() })?;
-        return Ok((*scale, format!("{unit} (from --units)")));
+        return Ok((*scale, format!("{unit} (from --units)"), UnitSource::User));
     }
     match stated {
-        None | Some(0) => Ok((1.0, "mm (assumed: the file states no unit; set another with --units)".into())),
+        None | Some(0) => {
+            let unit = "mm (assumed: the file states no unit; set another with --units)".into();
+            Ok((1.0, unit, UnitSource::Assumed))
+        }
         Some(number) => {
             let known = UNITS.iter().find(|(.., code)| *code == number);
             let (unit, scale, _) =
                 known.ok_or_else(|| DrawingError::Unit { name: format!("$INSUNITS {number}") })?;
-            Ok((*scale, format!("{unit} (as the file states)")))
+            Ok((*scale, format!("{unit} (as the file states)"), UnitSource::File))
         }
     }
 }

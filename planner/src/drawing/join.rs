@@ -19,9 +19,6 @@ pub(super) const ROUNDING: f64 = 10.0;
 const CANDIDATES: usize = 8;
 /// A chain may close on itself if it is at least this many times as long as the gap between its ends.
 const LONG: f64 = 8.0;
-/// Number of loose ends for which the distance to the nearest other loose end is measured.
-const MEASURED: usize = 200;
-
 /// The pieces, and the joints found so far.
 pub(super) struct Joiner {
     pub pieces: Vec<Piece>,
@@ -203,17 +200,14 @@ impl Joiner {
             return;
         }
         let lines = LineIndex::of(&self.pieces);
-        for (number, &end) in loose.iter().enumerate() {
+        let points: Vec<Point> = loose.iter().map(|&end| self.at(end)).collect();
+        for (&end, gap_mm) in loose.iter().zip(nearest_mm(&points)) {
             let at = self.at(end);
             let tee = lines.as_ref().and_then(|lines| lines.passing(&self.pieces, at, self.reach, end.0));
             if let Some(other) = tee {
                 problems.push(Problem::Tee { origin: origin(end), on: origin((other, 0)), at });
                 continue;
             }
-            let others = loose.iter().filter(|&&other| other != end);
-            let gap_mm = (number < MEASURED)
-                .then(|| others.map(|&other| distance_mm(at, self.at(other))).min_by(f64::total_cmp))
-                .flatten();
             problems.push(Problem::Open { origin: origin(end), at, gap_mm });
         }
     }
@@ -294,6 +288,29 @@ pub(super) fn distance(p: Point, q: Point) -> f64 {
 
 pub(super) fn distance_mm(p: Point, q: Point) -> f64 {
     distance(p, q) / f64::from(UNITS_PER_MM)
+}
+
+/// For each point the distance to the nearest other, mm.
+fn nearest_mm(points: &[Point]) -> Vec<Option<f64>> {
+    let mut by_x: Vec<usize> = (0..points.len()).collect();
+    by_x.sort_by_key(|&i| points[i]);
+    let mut nearest = vec![f64::INFINITY; points.len()];
+    for (place, &i) in by_x.iter().enumerate() {
+        let beyond = |j: usize, best: f64| {
+            f64::from(points[j].x.units().abs_diff(points[i].x.units())) / f64::from(UNITS_PER_MM) > best
+        };
+        let mut look = |others: &mut dyn Iterator<Item = &usize>| {
+            for &j in others {
+                if beyond(j, nearest[i]) {
+                    break;
+                }
+                nearest[i] = nearest[i].min(distance_mm(points[i], points[j]));
+            }
+        };
+        look(&mut by_x[..place].iter().rev());
+        look(&mut by_x[place + 1..].iter());
+    }
+    nearest.into_iter().map(|mm| Some(mm).filter(|mm| mm.is_finite())).collect()
 }
 
 /// A grid of square cells that holds the points of each cell.

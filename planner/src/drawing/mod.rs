@@ -25,12 +25,12 @@ use crate::{Box2, Mm2};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-pub use chain::{Chained, JOIN_MM, OpenChain, chain};
+pub use chain::{Chained, Gaps, JOIN_MM, OpenChain, chain};
 pub(crate) use file::{DxfFile, read};
 pub use fit::CURVE_MM;
 pub use flatten::CURVES_MAX;
 pub(crate) use import::curves_of;
-pub use import::{EntityFilter, SIZE_MAX, census, import, read_file};
+pub use import::{EntityFilter, SCALES, SIZE_MAX, census, import, read_file};
 use keepout_kernel::{ArcView, LatticeError};
 pub use repair::{Problem, Repair};
 pub use tags::{Damage, FilePlace};
@@ -194,14 +194,65 @@ pub struct Drawing {
     pub runs: Vec<PolylineChain>,
     /// The entities that the curves come from.
     pub origins: Vec<Origin>,
-    /// The drawing's unit and its source: the file, the user, or an assumption.
+    /// The drawing's unit and its source in words.
     pub unit: String,
+    /// The source of the unit.
+    pub unit_source: UnitSource,
+    /// The unit with the scale, mm.
+    pub unit_mm: f64,
     /// Layers with visible curves, and the number of curves taken from each.
     pub layers: BTreeMap<Arc<str>, usize>,
     /// Number of entities left out for each reason: text, dimensions, hidden layers, construction lines.
     pub left_out: BTreeMap<String, usize>,
+    /// Curves that are left out, each with the reason.
+    pub aside: Vec<LeftOutCurve>,
     /// Other notes on the file, for the user.
     pub remarks: Vec<String>,
+}
+
+/// Source of a drawing's unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UnitSource {
+    /// The file states it.
+    #[default]
+    File,
+    /// The user states it.
+    User,
+    /// Neither states it.
+    Assumed,
+}
+
+/// A curve of the drawing that bounds no contour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOutCurve {
+    /// Points along it, mm.
+    pub points: Vec<Mm2>,
+    /// The reason.
+    pub reason: LeftOutReason,
+}
+
+/// Reason why a curve is left out.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LeftOutReason {
+    /// It is off, frozen or invisible.
+    Hidden,
+    /// Its line type has gaps.
+    LineType(String),
+    /// Its layer is not selected.
+    Layer(Arc<str>),
+    /// It does not close.
+    Open,
+}
+
+impl std::fmt::Display for LeftOutReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Hidden => write!(f, "hidden, off or frozen"),
+            Self::LineType(name) => write!(f, "construction lines (line type {name})"),
+            Self::Layer(name) => write!(f, "on layer \"{name}\", which is not selected"),
+            Self::Open => write!(f, "open curves"),
+        }
+    }
 }
 
 impl Drawing {
@@ -222,10 +273,19 @@ pub enum DrawingError {
     #[error("not a readable DXF file: {0}. Export it again from the CAD system, as DXF R12 or later.")]
     Damaged(#[from] Damage),
     /// The unit of `--units`, or the unit that the file states, is not supported.
-    #[error("unknown unit \"{name}\". Give the drawing's unit with --units: mm, cm, m, in or ft.")]
+    #[error(
+        "unknown unit \"{name}\". Give the drawing's unit with --units: mm, cm, m, µm (or um), in (or inches), ft \
+         or mil."
+    )]
     Unit {
         /// The unit's name.
         name: String,
+    },
+    /// The factor of `--scale` is out of range.
+    #[error("--scale {factor} is out of range. Give a factor between 0.000001 and 1000000, such as 0.1.")]
+    Scale {
+        /// The factor.
+        factor: f64,
     },
     /// The numbers of an entity define no curve.
     #[error("{origin}: {problem}. Repair it in the CAD system, or leave out its layer.")]
@@ -286,15 +346,21 @@ pub enum DrawingError {
         curve_mm: f64,
     },
     /// Some contours can not be closed.
-    #[error("{}", problems_text(.0))]
-    Problems(Vec<Problem>),
+    #[error("{}", problems_text(problems, gaps.as_ref()))]
+    Problems {
+        /// The problems.
+        problems: Vec<Problem>,
+        /// The joining tolerance that closes all gaps.
+        gaps: Option<Gaps>,
+    },
 }
 
 /// Largest number of problems that the message lists; it counts the rest.
 const LISTED: usize = 5;
 
-fn problems_text(problems: &[Problem]) -> String {
-    let mut text: Vec<String> = problems.iter().take(LISTED).map(ToString::to_string).collect();
+fn problems_text(problems: &[Problem], gaps: Option<&Gaps>) -> String {
+    let mut text: Vec<String> = gaps.map(ToString::to_string).into_iter().collect();
+    text.extend(problems.iter().take(LISTED).map(ToString::to_string));
     if problems.len() > LISTED {
         text.push(format!("… and {} more: `keepout inspect` lists and draws them.", problems.len() - LISTED));
     }

@@ -35,6 +35,13 @@ pub enum Repair {
         /// Its length.
         length_mm: f64,
     },
+    /// A line drawn there and back, which encloses no area, was left out.
+    ThereAndBack {
+        /// Its start.
+        at: Point,
+        /// Its length, one way.
+        length_mm: f64,
+    },
     /// Lines that overlap were merged.
     OverlapMerged {
         /// The start of the merged line.
@@ -55,6 +62,7 @@ impl Repair {
             | Self::TinyDropped { at, .. }
             | Self::ZeroLength { at, .. }
             | Self::DuplicateDropped { at, .. }
+            | Self::ThereAndBack { at, .. }
             | Self::OverlapMerged { at, .. } => at,
         }
     }
@@ -73,6 +81,9 @@ impl std::fmt::Display for Repair {
             }
             Self::DuplicateDropped { length_mm, .. } => {
                 write!(f, "doubled curve of {length_mm:.3} mm left out at {at}")
+            }
+            Self::ThereAndBack { length_mm, .. } => {
+                write!(f, "line of {length_mm:.3} mm drawn there and back left out at {at}")
             }
             Self::OverlapMerged { length_mm, count, .. } => {
                 write!(f, "{count} overlapping lines merged into one of {length_mm:.3} mm at {at}")
@@ -135,14 +146,13 @@ impl std::fmt::Display for Problem {
                 write!(
                     f,
                     "open contour: {origin} ends at {at} with nothing to join; {other}. Close it in the CAD \
-                     system, allow the gap with --join-mm, or leave open curves out with --leave-out-open."
+                     system, or allow the gap with --join-mm."
                 )
             }
             Self::Tee { origin, on, .. } => write!(
                 f,
                 "{origin} ends at {at} on the middle of {on}: the course of the contour is ambiguous there. \
-                 Trim or delete one of them in the CAD system, choose layers with --layer, or leave open \
-                 curves out with --leave-out-open."
+                 Trim or delete one of them in the CAD system, or choose layers with --layer."
             ),
             Self::Branch { origin, count, .. } => write!(
                 f,

@@ -22,6 +22,7 @@ pub use progress::{DONE_MM, PartialLoop, Progress, ProgressError, SNAP_MM};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use track::Track;
+pub(crate) use track::share_nearest;
 
 use crate::plan::{CertifiedPlan, Pass};
 

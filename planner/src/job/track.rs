@@ -194,7 +194,7 @@ pub(super) fn length_mm(curve: &Curve) -> f64 {
 }
 
 /// Share of the curve's length at which it is nearest to `p` (mm).
-pub(super) fn share_nearest(curve: &Curve, p: Mm2) -> f64 {
+pub(crate) fn share_nearest(curve: &Curve, p: Mm2) -> f64 {
     let (a, b) = (point_mm(curve.from()), point_mm(curve.to()));
     match curve {
         Curve::Line(_) => a.distance(p.nearest_on(a, b)) / a.distance(b).max(f64::MIN_POSITIVE),

@@ -84,6 +84,12 @@ impl Display for Element {
 pub struct Lines(pub(super) String);
 
 impl Lines {
+    /// Adds a line of markup as it is.
+    pub fn raw(&mut self, markup: &str) {
+        self.0 += markup;
+        self.0.push('\n');
+    }
+
     /// Adds a line with these elements.
     pub fn draw(&mut self, elements: &[Element]) {
         elements.iter().for_each(|element| self.0 += &element.to_string());

@@ -9,4 +9,4 @@ pub mod table;
 mod view;
 
 pub use inspection::inspection_svg;
-pub use plan::{Spot, SpotKind, Trace, TraceKind, svg, svg_of_run};
+pub use plan::{RunDrawing, Spot, SpotKind, Trace, TraceKind, svg};

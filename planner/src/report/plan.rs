@@ -1,13 +1,20 @@
 //! Picture of a plan, with the traces of a run if there are any.
 
-use keepout_kernel::{Curve, Side, UNITS_PER_MM};
+use keepout_kernel::{Curve, Length, Side};
 
-use super::element::{Element, Lines, circle, path, points, polyline, text};
-use super::view::{Entry, Mark, PAD, View, WIDTH, outlines, page, path_of};
-use crate::finish::centre_distance;
-use crate::job::{ContourJob, preview};
+use super::element::{Element, Lines, circle, path};
+use super::view::{
+    Entry, HATCH, Mark, View, draw_dimensions, draw_label, draw_left_out, left_out_entry, outlines, page,
+    path_of, polygons, polyline_of,
+};
+use crate::contour::{ContourName, ContourRole, exact_box, short};
+use crate::finish::{centre_distance, offset_among};
+use crate::job::{ContourJob, LoopNumber, Progress, preview};
 use crate::plan::CertifiedPlan;
-use crate::units::{mm, point_mm};
+use crate::profile::{ProfileLoop, free_outlines};
+use crate::rest;
+use crate::size::size;
+use crate::units::{along_mm, mm, point_mm};
 use crate::{Box2, Mm2};
 
 /// A series of tool-centre positions, mm.
@@ -46,41 +53,55 @@ pub enum SpotKind {
     Stop,
 }
 
-const TOUCH: &str = "#be185d";
+/// The run that a picture of a plan shows.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RunDrawing<'a> {
+    /// Series of positions.
+    pub traces: &'a [Trace],
+    /// Marked places.
+    pub spots: &'a [Spot],
+    /// The progress after the run. The picture then tells cut contours from uncut ones.
+    pub progress: Option<&'a Progress>,
+}
+
+// Colours that differ for people who confuse red and green (Okabe and Ito, 2008). Lines also differ by their dashes,
+// and rest material is hatched.
+const TOUCH: &str = "#cc79a7";
 const STOP: &str = "#111827";
 const PART: &str = "#b9c0ca";
 const PART_EDGE: &str = "#2b2f36";
-const KEEP_OUT: &str = "#f9d5cf";
-const KEEP_OUT_FINISH: &str = "#f0b0a6";
+const KEEP_OUT: &str = "#fbf3d0";
+const KEEP_OUT_FINISH: &str = "#f3e19c";
 const ZONE: &str = "#6b7280";
-const REST_MATERIAL: &str = "#c8102e";
-const FINISH: &str = "#0b7a3b";
+const UNCUT: &str = "#d55e00";
+const FINISH: &str = "#0072b2";
 const LINK: &str = "#7a8594";
 const REPAIR: &str = "#b45309";
-const JOGGING: &str = "#2c6fd1";
-const CONTOUR: &str = "#d97a00";
+const JOGGING: &str = "#56b4e9";
+const CONTOUR: &str = "#009e73";
 const TOOL: &str = "#5b21b6";
+/// Polygons of the rest material leave its true edge by less than this, pixels.
+const REST_PIXELS: f64 = 0.1;
 
-/// SVG of a plan, with the traces of a run. Without traces it shows the leads and the order of the cuts
-/// for one contact start.
+/// SVG of a plan, with a run if there is one. Without a run it shows the leads and the direction of the cuts for one
+/// contact start in each free space.
 #[must_use]
-pub fn svg(plan: &CertifiedPlan, title: &str, traces: &[Trace]) -> String {
-    svg_of_run(plan, title, traces, &[])
-}
-
-/// SVG as [`svg`], with marked places of the run.
-#[must_use]
-pub fn svg_of_run(plan: &CertifiedPlan, title: &str, traces: &[Trace], spots: &[Spot]) -> String {
-    let view = view_of(plan, traces);
+pub fn svg(plan: &CertifiedPlan, title: &str, run: &RunDrawing<'_>) -> String {
+    let view = view_of(plan, run.traces);
     let mut body = Lines::default();
     draw_part(&mut body, plan, &view);
-    for trace in traces {
+    draw_left_out(&mut body, plan.plan.provenance.left_out.iter().map(Vec::as_slice), &view);
+    for trace in run.traces {
         draw_trace(&mut body, trace, &view);
     }
-    draw_finish(&mut body, plan, &view);
-    if traces.is_empty() {
+    draw_finish(&mut body, plan, run.progress, &view);
+    if run.traces.is_empty() {
         for job in preview(plan) {
             draw_job(&mut body, &job, &view);
+            let start = job.legs.first().and_then(|leg| leg.curves.first());
+            if let Some(start) = start {
+                draw_tool(&mut body, point_mm(start.from()), mm(plan.plan.tool_radius.units()), &view);
+            }
         }
     }
     for remark in &plan.plan.provenance.remarks {
@@ -88,11 +109,19 @@ pub fn svg_of_run(plan: &CertifiedPlan, title: &str, traces: &[Trace], spots: &[
             body.draw(&[circle(view.xy(point_mm(at)), 1, 6).outline(REPAIR, 2)]);
         }
     }
-    if let Some(last) = traces.last().and_then(|trace| trace.points_mm.last()) {
+    draw_numbers(&mut body, plan, &view);
+    draw_dimensions(&mut body, profile_box(plan), &view);
+    if let Some(last) = run.traces.last().and_then(|trace| trace.points_mm.last()) {
         draw_tool(&mut body, *last, mm(plan.plan.tool_radius.units()), &view);
     }
-    spots.iter().for_each(|spot| draw_spot(&mut body, spot, &view));
-    page(&view, title, &legend(plan, traces, spots), &body)
+    run.spots.iter().for_each(|spot| draw_spot(&mut body, spot, &view));
+    page(&view, title, &legend(plan, run), &body)
+}
+
+/// The box around the profile.
+fn profile_box(plan: &CertifiedPlan) -> Box2 {
+    let boxes = plan.plan.profile.loops.iter().filter_map(exact_box);
+    boxes.reduce(Box2::union).unwrap_or_else(|| plan.part_box())
 }
 
 fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
@@ -106,60 +135,91 @@ fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
     View::of(shown)
 }
 
-/// Draws the part and the keep-out zones, with their clearances.
+/// Draws the part and the keep-out zones, with their clearances as areas.
 fn draw_part(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
-    let outline = outlines(&plan.plan.profile.loops, view);
-    let zones = outlines(&plan.plan.zones.loops, view);
-    for (threshold, colour) in [(plan.roughing, KEEP_OUT), (plan.finishing, KEEP_OUT_FINISH)] {
-        let width = 2.0 * mm(threshold.units()) * view.scale;
-        let both = path(format_args!("{outline}{zones}"));
-        out.draw(&[both.outline(colour, format_args!("{width:.2}")).set("stroke-linejoin", "round")]);
+    let profile = plan.plan.profile.outlines(&plan.part);
+    let all = free_outlines(&plan.plan.profile, &plan.plan.zones, &plan.part);
+    let jogging = offset_among(&all, &plan.part, f64::from(plan.roughing.units()));
+    if jogging.loose_ends.is_empty() {
+        let loops: Vec<&[Curve]> = jogging.loops.iter().map(|each| &each.curves[..]).collect();
+        out.draw(&[beyond(&loops, plan, view).fill(KEEP_OUT)]);
     }
-    draw_rest_material(out, plan, view);
+    let loops: Vec<&[Curve]> = plan.plan.finish().loops.iter().map(|each| &each.curves[..]).collect();
+    out.draw(&[beyond(&loops, plan, view).fill(KEEP_OUT_FINISH)]);
+    let d = centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing);
+    let finishing = offset_among(&all, &plan.part, d);
+    let rest = rest::polygons(&profile, &finishing.loops, plan.part.side(), REST_PIXELS * view.pixel_mm());
+    if !rest.is_empty() {
+        out.draw(&[path(polygons(&rest, view)).fill(HATCH).set("fill-rule", "evenodd")]);
+    }
     let around = match plan.part.side() {
         Side::Outside => String::new(),
-        Side::Inside => format!("M0 0H{WIDTH}V{:.1}H0Z", view.height + 2.0 * PAD),
+        Side::Inside => view.everything(),
     };
+    let outline = outlines(&plan.plan.profile.loops, view);
     let part = path(format_args!("{around}{outline}"));
     out.draw(&[part.fill(PART).set("fill-rule", "evenodd").stroke(PART_EDGE, 1.3)]);
+    let zones = outlines(&plan.plan.zones.loops, view);
     if !zones.is_empty() {
         out.draw(&[path(zones).fill(ZONE).stroke(PART_EDGE, 1.3)]);
     }
 }
 
-/// Draws the rest material: the area outside the part that no tool disc with a clear centre covers.
-fn draw_rest_material(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
-    let loops = &plan.plan.finish().loops;
-    let free: String = loops.iter().map(|each| path_of(each.curves.iter().copied(), view) + "Z").collect();
-    // The clear centres are outside the loops when the part is inside them, else inside.
+/// The area that the tool's centre does not enter: beyond loops that bound its free space.
+fn beyond(loops: &[&[Curve]], plan: &CertifiedPlan, view: &View) -> Element {
     let around = match plan.part.side() {
-        Side::Outside => format!("M-9999 -9999H{0}V{0}H-9999Z", 9999.0 + view.height),
-        Side::Inside => String::new(),
+        Side::Outside => String::new(),
+        Side::Inside => view.everything(),
     };
-    let touching =
-        centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing) / f64::from(UNITS_PER_MM);
-    let sized = |element: Element| element.set("width", WIDTH).fixed("height", view.height + 2.0 * PAD, 1);
-    let all = || sized(Element::new("rect"));
-    let width = 2.0 * touching * view.scale;
-    let centres =
-        path(format_args!("{around}{free}")).fill("#000").set("fill-rule", "evenodd").set("stroke", "none");
-    let tool = path(free).outline("#000", format_args!("{width:.3}")).set("stroke-linejoin", "round");
-    let mask = Element::new("mask").set("id", "left").set("maskUnits", "userSpaceOnUse");
-    let mask = sized(mask.set("x", 0).set("y", 0)).with(&all().fill("#fff")).with(&centres).with(&tool);
-    out.draw(&[mask]);
-    out.draw(&[all().fill(REST_MATERIAL).set("mask", "url(#left)")]);
+    let free: String = loops.iter().map(|curves| path_of(curves.iter().copied(), view) + "Z").collect();
+    path(format_args!("{around}{free}")).set("fill-rule", "evenodd")
 }
 
-fn draw_finish(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
-    for each in plan.plan.passes.iter().flat_map(|pass| &pass.path.loops) {
-        let toolpath = path_of(each.curves.iter().copied(), view) + "Z";
-        out.draw(&[path(toolpath).outline(FINISH, 1.6).set("stroke-dasharray", "7 3")]);
+/// Draws the finishing toolpath. With a progress, finished loops are solid, and the others are dashed.
+fn draw_finish(out: &mut Lines, plan: &CertifiedPlan, progress: Option<&Progress>, view: &View) {
+    for (pass, each) in plan.plan.passes.iter().enumerate() {
+        for (index, each) in each.path.loops.iter().enumerate() {
+            let toolpath = path(path_of(each.curves.iter().copied(), view) + "Z");
+            let number = LoopNumber { pass, index };
+            out.draw(&[match progress.map(|progress| progress.has_finished(number)) {
+                None => toolpath.outline(FINISH, 1.6).set("stroke-dasharray", "7 3"),
+                Some(true) => toolpath.outline(FINISH, 2),
+                Some(false) => toolpath.outline(UNCUT, 2).set("stroke-dasharray", "3 4"),
+            }]);
+        }
     }
 }
 
-/// Draws link moves and leads of a contouring job, with the order and direction of its cuts.
+/// Draws the number of each contour: in the middle of an opening, or beside the outline.
+fn draw_numbers(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
+    for (contour, each) in plan.contours().iter().zip(&plan.plan.profile.loops) {
+        let ContourName { number, role, middle_mm, .. } = contour.name;
+        let uncut = if contour.loops.is_empty() { " uncut" } else { "" };
+        let colour = if contour.loops.is_empty() { UNCUT } else { PART_EDGE };
+        let at = match role {
+            ContourRole::Opening | ContourRole::Pocket => view.xy(middle_mm),
+            ContourRole::Outline | ContourRole::Island => {
+                let longest = each.curves().max_by(|a, b| a.length().total_cmp(&b.length()));
+                let Some(curve) = longest else { continue };
+                let (at, direction) = along_mm(curve, 0.5);
+                let inward = if is_counter_clockwise(each) { direction.left() } else { -direction.left() };
+                view.xy(at + inward * (16.0 * view.pixel_mm()))
+            }
+        };
+        draw_label(out, (at.0, at.1 + 5.0), &format!("{number}{uncut}"), colour);
+    }
+}
+
+/// Whether a loop runs counter-clockwise, by the chords of its curves.
+fn is_counter_clockwise(each: &ProfileLoop) -> bool {
+    let points: Vec<Mm2> =
+        crate::profile::corners(each.curves(), Length::small(250)).into_iter().map(point_mm).collect();
+    let next = points.iter().cycle().skip(1);
+    points.iter().zip(next).map(|(a, b)| a.cross(*b)).sum::<f64>() > 0.0
+}
+
+/// Draws link moves and leads of a contouring job, with the direction of its cuts.
 fn draw_job(out: &mut Lines, job: &ContourJob, view: &View) {
-    let mut number = 0;
     for leg in &job.legs {
         let colour = if leg.cuts.is_some() { FINISH } else { LINK };
         let travel = |out: &mut Lines, curves: &[Curve]| {
@@ -174,19 +234,18 @@ fn draw_job(out: &mut Lines, job: &ContourJob, view: &View) {
         let count = leg.curves.len();
         travel(out, &leg.curves[..count.min(2)]);
         travel(out, &leg.curves[count.saturating_sub(2)..]);
-        number += 1;
         let longest = leg.curves.iter().max_by(|a, b| a.length().total_cmp(&b.length()));
         if let Some(curve) = longest {
-            // Passes lie close together, so the numbers of different passes are drawn side by side.
+            // Passes lie close together, so the arrows of different passes are drawn side by side.
             let earlier = u8::try_from(cut.pass).unwrap_or(u8::MAX).min(4);
             let (middle, direction) = crate::units::along_mm(curve, 0.5 - 0.1 * f64::from(earlier));
-            arrow(out, view.xy(middle), direction, number);
+            arrow(out, view.xy(middle), direction);
         }
     }
 }
 
-/// Draws an arrow head in a direction of the drawing, with the number of the cut beside it.
-fn arrow(out: &mut Lines, (x, y): (f64, f64), direction: Mm2, number: u32) {
+/// Draws an arrow head in a direction of the drawing.
+fn arrow(out: &mut Lines, (x, y): (f64, f64), direction: Mm2) {
     let (ux, uy) = (direction.x, -direction.y);
     let head = path(format_args!(
         "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z",
@@ -197,8 +256,7 @@ fn arrow(out: &mut Lines, (x, y): (f64, f64), direction: Mm2, number: u32) {
         x - 5.0 * ux + 5.0 * uy,
         y - 5.0 * uy - 5.0 * ux,
     ));
-    let beside = text((x - 14.0 * uy - 4.0, y + 14.0 * ux + 4.0), 1, number).bold(12).fill(FINISH);
-    out.draw(&[head.fill(FINISH), beside.stroke("#fff", 3).set("paint-order", "stroke")]);
+    out.draw(&[head.fill(FINISH)]);
 }
 
 fn draw_trace(out: &mut Lines, trace: &Trace, view: &View) {
@@ -206,8 +264,8 @@ fn draw_trace(out: &mut Lines, trace: &Trace, view: &View) {
         TraceKind::Manual => (JOGGING, 0.8),
         TraceKind::Contour => (CONTOUR, 2.4),
     };
-    let positions = points(trace.points_mm.iter().map(|&point| view.xy(point)), 2);
-    out.draw(&[polyline(&positions).outline(colour, width).set("stroke-linejoin", "round")]);
+    let positions = polyline_of(&trace.points_mm, view);
+    out.draw(&[path(positions).outline(colour, width).set("stroke-linejoin", "round")]);
 }
 
 fn draw_tool(out: &mut Lines, at: Mm2, radius_mm: f64, view: &View) {
@@ -227,44 +285,60 @@ fn draw_spot(out: &mut Lines, spot: &Spot, view: &View) {
     }]);
 }
 
-fn legend(plan: &CertifiedPlan, traces: &[Trace], spots: &[Spot]) -> Vec<Entry> {
+fn legend(plan: &CertifiedPlan, run: &RunDrawing<'_>) -> Vec<Entry> {
     let (finishing, roughing) = (mm(plan.finishing.units()), mm(plan.roughing.units()));
     let finish = plan.plan.finish();
+    let diameter = short(2.0 * mm(plan.plan.tool_radius.units()));
     let mut entries = vec![
-        Entry::new(PART, Mark::Area, "the part"),
+        Entry::new(
+            PART,
+            Mark::Area,
+            format!(
+                "the part, {} mm, {}, with the numbers of its contours",
+                size(plan.profile_size_mm()),
+                plan.side_words()
+            ),
+        ),
         Entry::new(
             KEEP_OUT,
             Mark::Area,
-            format!("jogging clearance of the tool centre, {roughing:.3} mm around the part"),
+            format!("jogging: the tool's centre stays {roughing:.3} mm from the part"),
         ),
         Entry::new(
             KEEP_OUT_FINISH,
             Mark::Area,
-            format!("finishing clearance of the tool centre, {finishing:.3} mm around the part"),
+            format!("finishing: the tool's centre stays {finishing:.3} mm from the part"),
         ),
-        Entry::new(REST_MATERIAL, Mark::Area, format!("rest material: {}", finish.residual())),
-        Entry::new(FINISH, Mark::Dash, "finishing toolpath of the tool centre"),
+        Entry::new(UNCUT, Mark::Hatched, format!("rest material: {}", finish.residual())),
     ];
+    if !plan.plan.provenance.left_out.is_empty() {
+        entries.push(left_out_entry(plan.plan.provenance.left_out.len()));
+    }
     if !plan.plan.zones.loops.is_empty() {
         entries.push(Entry::new(ZONE, Mark::Area, "keep-out zones: clamps, a vice"));
     }
     if plan.plan.provenance.remarks.iter().any(|remark| remark.at.is_some()) {
         entries.push(Entry::new(REPAIR, Mark::Ring, "repaired in the drawing"));
     }
-    if traces.is_empty() {
-        entries.push(Entry::new(FINISH, Mark::Line, "leads, order and direction, for one contact start"));
-        entries.push(Entry::new(LINK, Mark::Line, "link moves"));
+    if run.progress.is_some() {
+        entries.push(Entry::new(FINISH, Mark::Line, "finishing toolpath of a contour that is cut"));
+        entries.push(Entry::new(UNCUT, Mark::Dash, "finishing toolpath of a contour that is not cut"));
     } else {
-        entries.push(Entry::new(JOGGING, Mark::Line, "tool centre, jogging"));
-        entries.push(Entry::new(CONTOUR, Mark::Line, "tool centre, contouring"));
-        let diameter = 2.0 * mm(plan.plan.tool_radius.units());
         entries.push(Entry::new(
-            TOOL,
-            Mark::Ring,
-            format!("tool, {diameter:.3} mm diameter, at its last position"),
+            FINISH,
+            Mark::Dash,
+            "finishing toolpath of the tool's centre, with its direction",
         ));
     }
-    let has = |kind| spots.iter().any(|spot| spot.kind == kind);
+    if run.traces.is_empty() {
+        entries.push(Entry::new(LINK, Mark::Line, "link moves"));
+        entries.push(Entry::new(TOOL, Mark::Ring, format!("tool Ø {diameter} mm, where a cut could start")));
+    } else {
+        entries.push(Entry::new(JOGGING, Mark::Line, "tool's centre, jogging"));
+        entries.push(Entry::new(CONTOUR, Mark::Line, "tool's centre, contouring"));
+        entries.push(Entry::new(TOOL, Mark::Ring, format!("tool Ø {diameter} mm, at its last position")));
+    }
+    let has = |kind| run.spots.iter().any(|spot| spot.kind == kind);
     if has(SpotKind::ProbePoint) {
         entries.push(Entry::new(TOUCH, Mark::Ring, "contact start: the contour begins"));
     }

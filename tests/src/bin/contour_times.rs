@@ -15,7 +15,7 @@ use std::time::Duration;
 use clap::Parser;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::{
-    Ended, EventLog, EventLogError, Going, LoggedEvent, Sample, SampleKind, place_on_table,
+    EventLog, EventLogError, Going, LoggedEvent, Sample, SampleKind, place_on_table,
 };
 use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_guard::Time;
@@ -163,8 +163,8 @@ impl Case<'_> {
             },
         )
         .map_err(|error| error.to_string())?;
-        if result.facts.ended != Ended::Done {
-            return Err(result.facts.fault.unwrap_or_else(|| format!("{:?}", result.facts.ended)));
+        if !result.facts.outcome.is_by_operator() {
+            return Err(result.facts.outcome.to_string());
         }
         let first = first.ok_or("no contour was cut")?;
         let places: Vec<Place> = result

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use clap::{Parser, ValueEnum};
-use keepout_executor::session::{Ended, Going, NoEventLog};
+use keepout_executor::session::{Going, NoEventLog};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_sim::operator;
 use keepout_sim::session::{Link, SimRun, run_simulated};
@@ -111,9 +111,9 @@ fn one(path: &std::path::Path, name: &str, arguments: &Arguments) -> (bool, Stri
             .map_err(|error| error.to_string())?;
         let facts = result.facts;
         let coverage = facts.coverage.unwrap_or_default();
-        let good = facts.ended == Ended::Done
+        let good = facts.outcome.is_by_operator()
             && facts.deepest_mm == Some(0.0)
-            && facts.unreached == 0
+            && !facts.outcome.lacks_link_move()
             && coverage.reachable > 0
             && coverage.missed == 0
             && coverage.worst_mm <= most_left_mm;
@@ -125,7 +125,7 @@ fn one(path: &std::path::Path, name: &str, arguments: &Arguments) -> (bool, Stri
             facts.deepest_mm.unwrap_or(f64::NAN),
             facts.closest_mm.unwrap_or(f64::NAN),
             coverage.worst_mm,
-            facts.fault.unwrap_or_else(|| if good { "good".into() } else { format!("{:?}", facts.ended) })
+            if good { "good".into() } else { facts.outcome.to_string() }
         );
         Ok((good, text))
     };

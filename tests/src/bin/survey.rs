@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
-use keepout_planner::drawing::read_file;
+use keepout_planner::drawing::{EntityFilter, read_file};
 use keepout_planner::file::OUTPUT;
 use keepout_planner::inspect::{Inspection, inspect};
 use keepout_planner::plan::PlanError;
@@ -146,7 +146,7 @@ fn look_at(path: &Path, name: &str, oracle: &Oracle) -> Row {
     };
     let read = read_file(path).map_err(|error| error.to_string()).and_then(|bytes| {
         let contours = order(3.0).contours(&bytes).map_err(|error| error.to_string())?;
-        Ok((bytes, inspect(&contours.0, &contours.1)))
+        Ok((bytes, inspect(&contours.0, &contours.1, &EntityFilter::default())))
     });
     let reading = match read {
         Err(message) => {
@@ -219,7 +219,7 @@ fn plan_all(file: &str, bytes: &[u8], found: &Inspection, row: &mut Row) {
                         PlanRequestError::Plan(_) => "other",
                         PlanRequestError::Drawing(_)
                         | PlanRequestError::Select(_)
-                        | PlanRequestError::Stroke { .. } => "contours open",
+                        | PlanRequestError::Travel { .. } => "contours open",
                     };
                     *row.refusals.entry(why.into()).or_default() += 1;
                     let expected = matches!(why, "tool fits nowhere") || !found.problems.is_empty();

@@ -186,7 +186,7 @@ impl Scene {
         let work = self.work.clone();
         let result = run_simulated(work, &run, operator, Box::new(NoEventLog), &mut |_, _, _| Going::On);
         let result = result.map_err(|error| error.to_string())?;
-        if let Some(fault) = result.facts.fault {
+        if let Some(fault) = result.facts.outcome.fault().map(String::from) {
             return Err(fault);
         }
         match result.facts.deepest_mm {

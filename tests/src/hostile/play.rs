@@ -9,8 +9,9 @@ use std::time::Duration;
 use fastrand::Rng;
 use keepout_executor::dialect::DialectConfig;
 use keepout_executor::session::log::{Header, LogError, LogWriter};
+use keepout_executor::session::outcome::JobOutcome;
 use keepout_executor::session::port::{Port, PortError};
-use keepout_executor::session::{Clock, Ended, EventLog, Going, NoEventLog, Sample, SessionSetup};
+use keepout_executor::session::{Clock, EventLog, Going, NoEventLog, Sample, SessionSetup};
 use keepout_executor::supervisor::{Abilities, Counts, Options, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::{Curve, Segment, Vector};
@@ -34,7 +35,7 @@ pub struct Outcome {
     /// What the judge found.
     pub verdict: Option<Verdict>,
     /// How it ended; `None` when the program itself failed.
-    pub ended: Option<Ended>,
+    pub ended: Option<JobOutcome>,
     /// The last fault.
     pub fault: Option<String>,
     /// Simulated time, s.
@@ -272,7 +273,7 @@ impl Watcher {
     }
 
     /// What came of it, once all that is still under way was watched to its end.
-    fn outcome(mut self, supervisor: &Supervisor, ended: Option<Ended>, spec: &Spec) -> Outcome {
+    fn outcome(mut self, supervisor: &Supervisor, ended: Option<JobOutcome>, spec: &Spec) -> Outcome {
         let rest = self.cable.machine_time(self.last).after(spec.latency + Duration::from_secs(30));
         self.cable.machine.borrow_mut().connect(true);
         self.cable.machine.borrow_mut().advance(rest);

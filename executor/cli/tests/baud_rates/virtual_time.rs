@@ -6,7 +6,7 @@ use std::time::Duration;
 use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::session::log::{Header, Log, LogWriter};
 use keepout_executor::session::replay::replay;
-use keepout_executor::session::{Ended, Going, SessionSetup, VirtualClock, place_on_table};
+use keepout_executor::session::{Going, SessionSetup, VirtualClock, place_on_table};
 use keepout_executor::supervisor::Options;
 use keepout_planner::job::Progress;
 use keepout_sim::monitor::CollisionMonitor;
@@ -52,7 +52,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     });
     let ended = ended.map_err(|error| error.to_string())?;
     let supervisor = session.into_supervisor();
-    if ended != Ended::Done || supervisor.finished().len() != 1 || monitor.deepest().is_some() {
+    if !ended.is_by_operator() || supervisor.finished().len() != 1 || monitor.deepest().is_some() {
         let (fault, notices) = (supervisor.fault(), supervisor.notices());
         return Err(format!("{ended:?}, {fault:?}, {notices:?}, {:?}", monitor.deepest()));
     }

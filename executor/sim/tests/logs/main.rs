@@ -9,10 +9,9 @@ use std::time::Duration;
 use cable::{Cable, unplugged};
 use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, Log, LogReadError, LogWriter};
-use keepout_executor::session::replay::{LogEnd, Replay, ReplayError, TimelineEntry, replay};
-use keepout_executor::session::{
-    Ended, EventLog, EventLogError, Going, LoggedEvent, VirtualClock, start_inside,
-};
+use keepout_executor::session::outcome::{Ending, JobOutcome};
+use keepout_executor::session::replay::{Replay, ReplayError, TimelineEntry, replay};
+use keepout_executor::session::{EventLog, EventLogError, Going, LoggedEvent, VirtualClock, start_inside};
 use keepout_executor::supervisor::{Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::Mm2;
@@ -46,14 +45,14 @@ fn logged(
     work: &PreparedPlan,
     run: &SimRun,
     operator: Box<dyn Operator + Send>,
-) -> (PathBuf, Ended) {
+) -> (PathBuf, JobOutcome) {
     let path = file(name);
     let scene = Scene::of(work.clone(), run).unwrap();
     let event_log = LogWriter::create(&path, &header(&scene)).unwrap();
     let watch = &mut |_: &Supervisor, _: &CollisionMonitor, _: Time| Going::On;
     let result = run_scene(run, scene, operator, Box::new(event_log), watch).unwrap();
     assert!(result.facts.deepest_mm.unwrap() <= 0.0);
-    (path, result.facts.ended)
+    (path, result.facts.outcome)
 }
 
 /// From home to the part's right edge, then with the cycle armed, and a feed hold.
@@ -63,7 +62,7 @@ fn short(name: &str) -> (PreparedPlan, Vec<u8>) {
     let work = work();
     let run = SimRun { feed_mm_min: 6000, limit: Duration::from_secs(60), ..SimRun::default() };
     let (path, ended) = logged(name, &work, &run, operator::named("wall", 3.0, 1).unwrap());
-    assert_eq!(ended, Ended::Done);
+    assert!(ended.is_by_operator(), "{ended}");
     (work, std::fs::read(path).unwrap())
 }
 
@@ -84,11 +83,12 @@ fn sessions_replay_without_difference() {
         let start = homed.then(|| keepout_planner::units::point_from_mm(Mm2::new(-30.0, -30.0)).unwrap());
         let run = SimRun { start, feed_mm_min: 3000, seed: 4, ..SimRun::default() };
         let (path, ended) = logged(name, &work, &run, operator::named(operator, 8.0, 4).unwrap());
-        assert_eq!(ended, Ended::Done);
+        assert!(ended.is_by_operator(), "{ended}");
         let log = Log::load(&path).unwrap();
         assert_eq!(log.header.home, !homed);
         let replay = holds(&log, &work);
-        assert_eq!((replay.end(), replay.supervisor.finished().len()), (LogEnd::Done, 1));
+        assert!(replay.outcome().is_by_operator(), "{}", replay.outcome());
+        assert_eq!(replay.supervisor.finished().len(), 1);
         let spent = replay.timeline.spent;
         assert!(spent.by_hand >= Duration::from_secs(8) && spent.contouring > Duration::from_secs(5));
         assert!(replay.timeline.closest_mm().unwrap().0 > 0.0);
@@ -114,7 +114,7 @@ fn feed_hold_is_replayed_and_in_the_timeline() {
     let work = work();
     let script = Box::new(Script::parse(PAUSED).unwrap());
     let (path, ended) = logged("paused", &work, &SimRun { feed_mm_min: 1200, ..SimRun::default() }, script);
-    assert_eq!(ended, Ended::Done);
+    assert!(ended.is_by_operator(), "{ended}");
     let replay = holds(&Log::load(&path).unwrap(), &work);
     assert_eq!(replay.supervisor.finished().len(), 1);
     let timeline: Vec<&TimelineEntry> =
@@ -130,8 +130,8 @@ fn session_stopped_by_its_time_limit_replays() {
     let work = work();
     let run = SimRun { limit: Duration::from_secs(6), ..SimRun::default() };
     let (path, ended) = logged("limit", &work, &run, operator::named("calm", 60.0, 1).unwrap());
-    assert_eq!(ended, Ended::OutOfTime);
-    assert_eq!(holds(&Log::load(&path).unwrap(), &work).end(), LogEnd::Done);
+    assert_eq!(ended.ending, Ending::TimeLimit);
+    assert_eq!(holds(&Log::load(&path).unwrap(), &work).outcome(), ended);
 }
 
 #[test]

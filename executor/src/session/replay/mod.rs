@@ -20,6 +20,7 @@ pub use timeline::{PhaseTimes, Timeline, TimelineEntry};
 use super::engine::Engine;
 use super::event_log::{Certificate, EventLog, EventLogError, LoggedEvent};
 use super::log::{Entry, Header, Log, LogReadError, LogReader};
+use super::outcome::{Ending, JobOutcome};
 use crate::dialect::{DialectConfig, DialectName, DialectNameError};
 use crate::session::SessionSetup;
 use crate::supervisor::{Options, Phase, PreparedPlan, Supervisor};
@@ -99,6 +100,8 @@ pub struct Replay {
     pub timeline: Timeline,
     /// The last logged phase, and the fault that caused it.
     pub last_phase: Option<(Phase, Option<String>)>,
+    /// Whether the time limit ended the session.
+    pub time_limit: bool,
 }
 
 /// The counts of a replay.
@@ -116,40 +119,27 @@ pub struct Counted {
     pub replies: u64,
 }
 
-/// The end of a log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LogEnd<'a> {
-    /// As the operator wanted.
-    Done,
-    /// By a fault.
-    Faulted(&'a str),
-    /// In the middle: the program or the computer stopped there.
-    Open(Option<Phase>),
-}
-
 impl Replay {
-    /// The end of the log.
+    /// The outcome of the job, up to the end of the log.
     #[must_use]
-    pub fn end(&self) -> LogEnd<'_> {
-        match &self.last_phase {
-            Some((Phase::Done, _)) => LogEnd::Done,
-            Some((Phase::Faulted, fault)) => LogEnd::Faulted(fault.as_deref().unwrap_or_default()),
-            Some((phase, _)) => LogEnd::Open(Some(*phase)),
-            None => LogEnd::Open(None),
-        }
+    pub fn outcome(&self) -> JobOutcome {
+        outcome(&self.supervisor, self.last_phase.as_ref(), self.time_limit)
     }
 }
 
-impl std::fmt::Display for LogEnd<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Done => write!(f, "as the operator wanted"),
-            Self::Faulted(fault) => write!(f, "by a fault: {fault}"),
-            Self::Open(None) => write!(f, "in the middle, before the first phase"),
-            Self::Open(Some(phase)) => {
-                write!(f, "in the middle, in phase {phase:?}: the program did not end it")
-            }
+/// The outcome of a session whose log ends here.
+fn outcome(
+    supervisor: &Supervisor,
+    last_phase: Option<&(Phase, Option<String>)>,
+    time_limit: bool,
+) -> JobOutcome {
+    match last_phase {
+        Some((Phase::Faulted, fault)) => {
+            JobOutcome::of(supervisor, Ending::Fault(fault.clone().unwrap_or_default()))
         }
+        Some((Phase::Done, _)) if !time_limit => JobOutcome::by_operator(supervisor),
+        Some((Phase::Done, _)) => JobOutcome::of(supervisor, Ending::TimeLimit),
+        other => JobOutcome::of(supervisor, Ending::NotEnded(other.map(|(phase, _)| *phase))),
     }
 }
 
@@ -221,6 +211,7 @@ struct Player {
     counted: Counted,
     timeline: Timeline,
     last_phase: Option<(Phase, Option<String>)>,
+    time_limit: bool,
 }
 
 impl Player {
@@ -246,6 +237,7 @@ impl Player {
             outcome: Outcome::default(),
             counted: Counted::default(),
             last_phase: None,
+            time_limit: false,
         })
     }
 
@@ -275,6 +267,11 @@ impl Player {
             LoggedEvent::PortLost(reason) => engine.port_lost(reason, at, log),
             LoggedEvent::PortFound => engine.port_found(at, log),
             LoggedEvent::Halt => engine.halt(at, log),
+            LoggedEvent::TimeLimit => {
+                self.time_limit = true;
+                engine.time_limit(at, log)
+            }
+            LoggedEvent::Outcome(logged) => return self.compare_outcome(entry, logged),
             LoggedEvent::Sent(_) | LoggedEvent::Certificate(_) | LoggedEvent::Phase { .. } => {
                 return self.compare(entry);
             }
@@ -307,6 +304,18 @@ impl Player {
         Ok(())
     }
 
+    /// Checks the logged outcome. A session that did not come to rest within its time has no phase for it.
+    fn compare_outcome(&self, entry: &Entry, logged: &str) -> Result<(), ReplayError> {
+        let supervisor = &self.engine.supervisor;
+        let played = outcome(supervisor, self.last_phase.as_ref(), self.time_limit);
+        let in_motion =
+            self.time_limit && JobOutcome::of(supervisor, Ending::TimeLimit).to_string() == logged;
+        if in_motion || played.to_string() == logged {
+            return Ok(());
+        }
+        Err(differs(entry, logged, &played.to_string()))
+    }
+
     /// Checks a certificate by itself.
     fn check(&mut self, certificate: &Certificate) -> Result<(), String> {
         let supervisor = &self.engine.supervisor;
@@ -327,6 +336,7 @@ impl Player {
             counted: self.counted,
             timeline: self.timeline,
             last_phase: self.last_phase,
+            time_limit: self.time_limit,
             supervisor: self.engine.supervisor,
         }
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::{Operator, OperatorView};
-use keepout_executor::session::{Ended, Going, NoEventLog, Sample, SampleKind};
+use keepout_executor::session::{Going, NoEventLog, Sample, SampleKind};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Point;
@@ -122,9 +122,9 @@ impl<'a> Ours<'a> {
     ) -> Result<Attempt, StudyError> {
         let run = SimRun { limit: SESSION, ..self.run(start, latency, seed, None) };
         let result = self.play(&run, operator, &mut |_, _, _| Going::On)?;
-        if result.facts.ended != Ended::Done {
+        if !result.facts.outcome.is_by_operator() {
             let what = format!("{}, roughing, {latency:?}, seed {seed}", self.shape.name);
-            return Err(StudyError::Ended { what, reason: format!("{:?}", result.facts.ended) });
+            return Err(StudyError::Ended { what, reason: result.facts.outcome.to_string() });
         }
         Ok(self.attempt_of(&result, false, result.facts.seconds))
     }
@@ -191,9 +191,9 @@ impl<'a> Ours<'a> {
         scene.setup.options.answer_within = ANSWER + run.latency * 10;
         let _work = self.work.clone();
         let result = run_scene(run, scene, operator, Box::new(NoEventLog), watch)?;
-        if result.facts.ended == Ended::Faulted {
+        if result.facts.outcome.fault().is_some() {
             let what = format!("{}, {:?}, seed {}", self.shape.name, run.latency, run.seed);
-            let reason = result.facts.fault.unwrap_or_default();
+            let reason = result.facts.outcome.fault().unwrap_or_default().into();
             return Err(StudyError::Ended { what, reason });
         }
         Ok(result)

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use keepout_planner::Mm2;
 use keepout_planner::report::chart::sheet;
 use keepout_planner::report::element::{Element, Lines, background, circle, path, points, polyline, text};
-use keepout_planner::report::{Trace, TraceKind, svg};
+use keepout_planner::report::{RunDrawing, Trace, TraceKind, svg};
 
 use super::attempt::Attempt;
 use super::ours::Ours;
@@ -50,16 +50,20 @@ pub fn paths(scenarios: &Scenarios, seed: u64) -> Result<Vec<Picture>, StudyErro
                 "{}: the paper's controller, V = {} mm/s, T = {} mm",
                 shape.title, reported.feed_mm_s, reported.tolerance_mm
             );
-            pictures.push((format!("{}-paper.svg", shape.name), svg(plan, &title, &traces(&tried))));
+            pictures.push((format!("{}-paper.svg", shape.name), svg(plan, &title, &run_of(&traces(&tried)))));
         }
         let speed = scenarios.ours_mm_s[0];
         let tried = our_attempts(scenarios, (number, speed), (DRAWN, seed))?;
         let title = format!("{}: Keepout, V = {speed} mm/s, T = {:.3} mm", shape.title, ours.tolerance_mm());
         let mut traces = traces(&tried);
         traces.push(Trace { kind: TraceKind::Contour, points_mm: ours.contour(seed)? });
-        pictures.push((format!("{}-ours.svg", shape.name), svg(plan, &title, &traces)));
+        pictures.push((format!("{}-ours.svg", shape.name), svg(plan, &title, &run_of(&traces))));
     }
     Ok(pictures)
+}
+
+fn run_of(traces: &[Trace]) -> RunDrawing<'_> {
+    RunDrawing { traces, ..RunDrawing::default() }
 }
 
 fn traces(attempts: &[Attempt]) -> Vec<Trace> {
