@@ -46,7 +46,7 @@ fn every_drawing_agrees_with_the_independent_reading_or_is_explained() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert!(agree >= 56 && planned >= 44, "{agree} agree, {planned} were planned");
+    assert!(agree >= 56 && planned >= 41, "{agree} agree, {planned} were planned");
 }
 
 /// The end-to-end job in virtual time: 20 s of jogging by one operator over a slow line, then the contour.

@@ -7,8 +7,8 @@ use keepout_planner::align::file::{AlignmentFile, Method, VERSION};
 use keepout_planner::align::{Alignment, PartEdges, ProbePoint, ProbePoints, align as aligned};
 use keepout_planner::plan::{CertifiedPlan, PlanError};
 use keepout_planner::request::PlanRequestError;
-use keepout_planner::text_file;
 
+use super::before::refuse_other_drawing;
 use super::plan::{refuse_same, request_of};
 use super::{AlignArguments, CliError, RunArguments, pair};
 
@@ -118,15 +118,7 @@ pub fn placed(arguments: &RunArguments, plan: &CertifiedPlan) -> Result<RunArgum
     if let Some(path) = &arguments.alignment {
         let alignment = AlignmentFile::load(path)?;
         placed.origin_mm = Some(alignment.origin_for(&plan.plan)?);
-        let name = &plan.plan.provenance.name;
-        if alignment.drawing != *name {
-            eprintln!(
-                "note: {} was found with {}, but the plan is of {name}. Part and clamps lie where the \
-                 alignment states only if both drawings have the same origin",
-                path.display(),
-                text_file::shown(&alignment.drawing),
-            );
-        }
+        refuse_other_drawing(&alignment, path, plan, arguments.same_origin)?;
     }
     Ok(placed)
 }

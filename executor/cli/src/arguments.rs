@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use keepout_planner::Mm2;
 use keepout_planner::align::{PROBE_ERROR_MM, ProbePoint, TOLERANCE_MM};
-use keepout_planner::job::LoopNumber;
 use keepout_planner::plan::{Cut, FEEDS_MM_MIN, PassParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::select::Stroke;
 
+use crate::resume::Recut;
 use crate::values::{pair, pass, time};
 
 /// Machine a part by hand, straight from its drawing. The computer keeps the tool out of the part, whatever
@@ -345,10 +345,20 @@ pub(crate) struct RunArguments {
     /// then.
     #[arg(long, conflicts_with = "home")]
     pub(crate) homed: bool,
-    /// The operator: keyboard; gamepad or gamepad:DEVICE; handwheel or handwheel:DEVICE; a model (calm,
-    /// jittery, wall, random, stuck, reversal); a script file; trace:FILE.
-    #[arg(long, default_value = "calm")]
-    pub(crate) operator: String,
+    /// State that the controller at the port is a simulator. Operator models, scripts and traces may then move it.
+    #[arg(long, requires = "port")]
+    pub(crate) simulate: bool,
+    /// Start without the question on the page before the first motion.
+    #[arg(long)]
+    pub(crate) yes: bool,
+    /// State that the drawing of the alignment and the drawing of the plan have the same origin.
+    #[arg(long, requires = "alignment")]
+    pub(crate) same_origin: bool,
+    /// The operator: keyboard; gamepad or gamepad:DEVICE; handwheel or handwheel:DEVICE. At a simulated machine also
+    /// a model (calm, jittery, wall, random, stuck, reversal), a script file, or trace:FILE. A port has no default;
+    /// a simulated machine has the model calm.
+    #[arg(long)]
+    pub(crate) operator: Option<String>,
     /// Record every change of the operator's input in this new file. --operator trace:FILE plays it.
     #[arg(long, value_name = "FILE")]
     pub(crate) record_trace: Option<PathBuf>,
@@ -372,9 +382,9 @@ pub(crate) struct RunArguments {
     /// Stop if the controller at the port does not answer within this time, s.
     #[arg(long, value_name = "S", default_value_t = 5.0)]
     pub(crate) answer_within_s: f64,
-    /// Stop the run after this time, s.
-    #[arg(long, value_name = "S", default_value_t = 3600.0)]
-    pub(crate) limit_s: f64,
+    /// Stop the run after this time, s. Without it, a run with a person has no limit, and any other has 3600 s.
+    #[arg(long, value_name = "S")]
+    pub(crate) limit_s: Option<f64>,
     /// Simulated machine: added delay each way, ms.
     #[arg(long, value_name = "MS", default_value_t = 1)]
     pub(crate) latency_ms: u64,
@@ -387,17 +397,18 @@ pub(crate) struct RunArguments {
     /// Simulated machine and operator: seed of the random numbers.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Write the event log of the run to this file, which must not exist yet.
+    /// Write the event log of the run to this file, which must not exist yet. Without it, a run at a port writes its
+    /// log beside the plan, with the date in its name.
     #[arg(long, value_name = "FILE")]
     pub(crate) log: Option<PathBuf>,
     /// Continue with the remaining contours of an earlier run: the log of that run. The program replays this
     /// log first. --log must name another file.
     #[arg(long, value_name = "LOG")]
     pub(crate) resume: Option<PathBuf>,
-    /// With --resume: cut this whole loop again. Give its number as printed: "LOOP", or "LOOP:PASS" for a
-    /// pass after the first. Can be repeated.
-    #[arg(long, value_name = "LOOP[:PASS]", value_parser = crate::resume::number, requires = "resume")]
-    pub(crate) recut: Vec<LoopNumber>,
+    /// With --resume: cut this whole contour again, in all its passes, or in one. Give its number as the plan and the
+    /// pictures show it: "2", or "2:1" for pass 1 alone. Can be repeated.
+    #[arg(long, value_name = "CONTOUR[:PASS]", value_parser = crate::resume::recut, requires = "resume")]
+    pub(crate) recut: Vec<Recut>,
     /// With --resume: state that the workpiece was shifted on the machine since that run, not turned, and was
     /// measured again.
     #[arg(long, requires = "resume")]

@@ -4,18 +4,46 @@ use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::operator::Panel;
-use keepout_executor::supervisor::Supervisor;
+use keepout_executor::session::outcome::ContourTally;
+use keepout_executor::supervisor::{Phase, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::Mm2;
 use keepout_planner::units::point_mm;
 
+use super::operator_setup::HELP;
 use super::screen::Screen;
 
-/// The view, or one line with the state of the run. The line is hidden if the error output is not a terminal.
+/// The contours that are cut and left, in words. Computed anew only when a contour is finished.
+#[derive(Default)]
+pub struct Tally {
+    finished: Option<usize>,
+    words: String,
+}
+
+impl Tally {
+    /// The contours after the supervisor's progress.
+    pub fn of(&mut self, supervisor: &Supervisor) -> &str {
+        let finished = supervisor.finished().len();
+        if self.finished != Some(finished) {
+            self.finished = Some(finished);
+            self.words = ContourTally::of(supervisor).to_string();
+        }
+        &self.words
+    }
+}
+
+/// The view, or one line with the state of the run. Without the view, every phase, notice and fault is a line of
+/// the error output. The line with the state is hidden if the error output is not a terminal.
 pub struct Display {
     bar: ProgressBar,
     screen: Option<Screen>,
     panel: Panel,
+    tally: Tally,
+    phase: Option<Phase>,
+    finished: usize,
+    /// Numbers of notices taken from the panel and from the supervisor.
+    taken: (usize, usize),
+    helped: bool,
 }
 
 impl Display {
@@ -25,13 +53,16 @@ impl Display {
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
             bar.set_style(style);
         }
-        Self { bar, screen, panel }
+        let (tally, taken) = (Tally::default(), (0, 0));
+        Self { bar, screen, panel, tally, phase: None, finished: 0, taken, helped: false }
     }
 
     pub fn show(&mut self, supervisor: &Supervisor, closest_mm: Option<f64>, now: Time) {
         if let Some(screen) = &mut self.screen {
             screen.show(supervisor, now);
+            return;
         }
+        self.tell(supervisor, now);
         if self.bar.is_hidden() || !(now.micros() / 1000).is_multiple_of(100) {
             return;
         }
@@ -44,21 +75,65 @@ impl Display {
             .contour_progress()
             .map_or(String::new(), |(sent, all)| format!("  motion {sent}/{all}"));
         let closest = closest_mm.map_or(String::new(), |mm| format!("  closest {mm:.4} mm"));
+        let armed = if supervisor.is_armed() { "  ARMED: a touch starts the contour" } else { "" };
         self.bar.set_message(format!(
-            "{:7.1} s  {:?}  {position}{progress}{closest}",
+            "{:7.1} s  {}  {position}{progress}{closest}{armed}  {}",
             now.elapsed().as_secs_f64(),
-            supervisor.phase()
+            supervisor.phase().words(),
+            self.panel.status()
         ));
         self.bar.tick();
     }
 
+    /// Tells new phases, notices, faults and finished contours, each in a line.
+    fn tell(&mut self, supervisor: &Supervisor, now: Time) {
+        let mut lines = Vec::new();
+        let phase = supervisor.phase();
+        if self.phase != Some(phase) {
+            // Sliding along the wall and back is no news.
+            let steered = |phase: Phase| matches!(phase, Phase::Manual | Phase::Sliding);
+            let news = !(steered(phase) && self.phase.is_some_and(steered));
+            self.phase = Some(phase);
+            // Without a terminal, only news that the reader must act on is printed.
+            if news && !self.bar.is_hidden() {
+                lines.push(phase.words().to_string());
+            }
+            lines.extend(supervisor.fault().map(|fault| format!("STOPPED: {fault}")));
+        }
+        let (new, count) = self.panel.since(self.taken.0);
+        lines.extend(new);
+        lines.extend(supervisor.notices().iter().skip(self.taken.1).cloned());
+        self.taken = (count, supervisor.notices().len());
+        if supervisor.finished().len() != self.finished {
+            self.finished = supervisor.finished().len();
+            lines.push(self.tally.of(supervisor).to_string());
+        }
+        if self.panel.help() != self.helped {
+            self.helped = self.panel.help();
+            lines.extend(HELP.iter().filter(|_| self.helped).map(ToString::to_string));
+        }
+        for line in lines {
+            self.line(&format!("{:7.1} s  {line}", now.elapsed().as_secs_f64()));
+        }
+    }
+
+    fn line(&self, line: &str) {
+        if self.bar.is_hidden() {
+            // In raw mode a line break does not return to the first column. A closed output is no fault of the run.
+            let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{line}\r\n"));
+        } else {
+            self.bar.println(line);
+        }
+    }
+
     pub fn finish(self) {
         self.bar.finish_and_clear();
+        let viewed = self.screen.is_some();
         drop(self.screen);
         // The operator can outlive the display. The notices need the restored terminal now.
         crate::input::terminal::restore();
-        for notice in self.panel.notices() {
-            eprintln!("{notice}");
+        for notice in self.panel.notices().iter().filter(|_| viewed) {
+            let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{notice}\n"));
         }
     }
 }

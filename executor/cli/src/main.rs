@@ -2,6 +2,7 @@
 
 mod align;
 mod arguments;
+mod before;
 mod conformance;
 mod display;
 mod doctor;

@@ -8,6 +8,7 @@ use keepout_executor::operator::{Operator, Panel};
 use keepout_executor::supervisor::{Stick, StickSettings};
 use keepout_sim::operator::{OperatorError, Recorder, named};
 
+use super::before::OperatorName;
 use super::screen::Screen;
 use super::{CliError, RunArguments};
 use crate::input::device::{Mapping, Wanted};
@@ -15,9 +16,25 @@ use crate::input::terminal::restore;
 use crate::input::{Attended, Endable, Gamepad, Keyboard, TerminalError};
 
 /// Line that explains the keys when the keyboard jogs.
-const JOGGING_KEYS: &str = "SPACE STOP · arrows jog · q quit · 1-4 speed · s step · a arm · p r f";
+pub const JOGGING_KEYS: &str =
+    "SPACE STOP · arrows jog · 1-4 speed · a arm · p pause · r resume · q quit · ? help";
 /// Line that explains the keys when another device jogs.
-const WATCHING_KEYS: &str = "SPACE STOP · p pause · q quit · r resume · f recover";
+pub const WATCHING_KEYS: &str = "SPACE STOP · p pause · r resume · f recover · q quit · ? help";
+/// The keys, line by line, for `?`.
+pub const HELP: [&str; 12] = [
+    "SPACE          stop the jog, or pause the contour. Any key ends the stop.",
+    "arrows         jog; HOME, PAGE UP, END and PAGE DOWN jog diagonally",
+    "1 2 3 4        speed 5, 20, 50 or 100 %; in step mode the size of a step",
+    "s              step mode on or off: each press moves one step",
+    "a              arm the cycle: the next touch of the wall starts the contour",
+    "p              pause the contour (feed hold)",
+    "r              resume the contour (cycle start)",
+    "f              recover after a fault",
+    "q              end the session: the machine comes to rest first",
+    "? or h         show or hide this help",
+    "The tool slides along the wall and cannot enter the part.",
+    "Keepout does not know the spindle, the height of the tool, or a clamp that is not drawn.",
+];
 
 /// The operator, the view if there is one, and the notices of the operator's devices.
 pub struct OperatorSetup {
@@ -29,16 +46,20 @@ pub struct OperatorSetup {
 }
 
 /// Sets up the operator of the arguments. `real_time`: whether the run takes place in real time.
-pub fn set_up(arguments: &RunArguments, jog_s: f64, real_time: bool) -> Result<OperatorSetup, CliError> {
+pub fn set_up(
+    arguments: &RunArguments,
+    OperatorName { name, by_hand }: &OperatorName,
+    jog_s: f64,
+    real_time: bool,
+) -> Result<OperatorSetup, CliError> {
     let panel = Panel::default();
-    let name = arguments.operator.as_str();
-    let by_hand = ["keyboard", "gamepad", "handwheel"].contains(&name.split(':').next().unwrap_or(name));
+    let (name, by_hand) = (name.as_str(), *by_hand);
     if by_hand && !real_time {
         let reason = format!("a person cannot jog in virtual time: use --machine sim for --operator {name}");
         return Err(CliError::Argument(reason));
     }
     // A missing device gives its error before the terminal changes.
-    let other = if name == "keyboard" { None } else { Some(other(arguments, jog_s, &panel)?) };
+    let other = if name == "keyboard" { None } else { Some(other(arguments, name, jog_s, &panel)?) };
     let keyboard = name == "keyboard" || arguments.view && real_time && std::io::stdin().is_terminal();
     let screen = if arguments.view && std::io::stdout().is_terminal() {
         let keys = match (name, keyboard) {
@@ -69,16 +90,21 @@ pub fn set_up(arguments: &RunArguments, jog_s: f64, real_time: bool) -> Result<O
 }
 
 /// An operator other than the keyboard.
-fn other(arguments: &RunArguments, jog_s: f64, panel: &Panel) -> Result<Box<dyn Operator + Send>, CliError> {
-    let (kind, device) = match arguments.operator.split_once(':') {
+fn other(
+    arguments: &RunArguments,
+    name: &str,
+    jog_s: f64,
+    panel: &Panel,
+) -> Result<Box<dyn Operator + Send>, CliError> {
+    let (kind, device) = match name.split_once(':') {
         Some((kind, device)) => (kind, Some(device)),
-        None => (arguments.operator.as_str(), None),
+        None => (name, None),
     };
     let wanted = match (kind, device) {
         ("gamepad", None) => Wanted::Stick,
         ("handwheel", None) => Wanted::Wheel,
         ("gamepad" | "handwheel", Some(device)) => Wanted::At(device.into()),
-        _ => return Ok(named(&arguments.operator, jog_s, arguments.seed)?),
+        _ => return Ok(named(name, jog_s, arguments.seed)?),
     };
     let stick = Stick::new(StickSettings {
         dead_zone: arguments.dead_zone,

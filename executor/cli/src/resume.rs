@@ -14,28 +14,45 @@ use super::replay::{Played, open};
 use super::run::simulated_machine;
 use super::{CliError, RunArguments};
 
-/// Replays a log, and returns the progress at its end. Drops the progress of the loops in `recut`.
-pub fn progress_of(
-    log: &Path,
-    work: &PreparedPlan,
-    recut: &[LoopNumber],
-) -> Result<(Progress, Header), CliError> {
+/// A contour to cut again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Recut {
+    /// Number of the contour in the drawing, from 1.
+    contour: usize,
+    /// The pass, from 0; `None` for all passes.
+    pass: Option<usize>,
+}
+
+impl Recut {
+    /// The loops of the plan that cut the contour.
+    fn loops(self, plan: &CertifiedPlan) -> Result<Vec<LoopNumber>, CliError> {
+        let contour = plan.contour_numbered(self.contour).ok_or_else(|| {
+            let names: Vec<String> = plan.contours().iter().map(|each| each.name.short()).collect();
+            CliError::Argument(format!(
+                "--recut: the plan has no contour {}. It has: {}",
+                self.contour,
+                names.join(", ")
+            ))
+        })?;
+        let of_pass = |number: &&LoopNumber| self.pass.is_none_or(|pass| number.pass == pass);
+        let loops: Vec<LoopNumber> = contour.loops.iter().filter(of_pass).copied().collect();
+        if loops.is_empty() {
+            let reason = format!("--recut: the plan does not cut {} in that pass", contour.name.short());
+            return Err(CliError::Argument(reason));
+        }
+        Ok(loops)
+    }
+}
+
+/// Replays a log, and returns the progress at its end. Drops the progress of the contours in `recut`.
+pub fn progress_of(log: &Path, work: &PreparedPlan, recut: &[Recut]) -> Result<(Progress, Header), CliError> {
     let played = Played::with(log, &mut open(log)?, work.clone())?;
     let mut progress = played.replay.supervisor.progress();
-    for &number in recut {
-        if !number.is_of(&work.plan) {
-            return Err(CliError::Argument(format!("--recut: the plan has no {number}")));
-        }
-        progress.forget(number);
+    for each in recut {
+        each.loops(&work.plan)?.into_iter().for_each(|number| progress.forget(number));
     }
-    println!(
-        "{:<36} {} of {} loops finished, {} cut in part; log checksum {:08x}",
-        "resumed",
-        progress.finished.len(),
-        work.plan.plan.loop_count(),
-        progress.partial.len(),
-        played.checksum,
-    );
+    let outcome = played.replay.outcome();
+    println!("{:<36} {}; log checksum {:08x}", "resumed", outcome.tally, played.checksum);
     Ok((progress, played.header))
 }
 
@@ -63,16 +80,19 @@ pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> 
     )))
 }
 
-/// Parses `LOOP` or `LOOP:PASS`. Printed numbers of loops and passes count from 1.
-pub fn number(text: &str) -> Result<LoopNumber, String> {
+/// Parses `CONTOUR` or `CONTOUR:PASS`. Printed numbers of contours and passes count from 1.
+pub fn recut(text: &str) -> Result<Recut, String> {
     let wrong = || {
         format!(
-            "\"{text}\" is not a loop: give its number as printed, such as 2, or 2:1 for loop 2 of pass 1"
+            "\"{text}\" is not a contour: give its number as printed, such as 2, or 2:1 for pass 1 of contour 2"
         )
     };
-    let (index, pass) = text.split_once(':').unwrap_or((text, "1"));
-    let counted = |text: &str| text.parse::<usize>().ok()?.checked_sub(1);
-    Ok(LoopNumber { pass: counted(pass).ok_or_else(wrong)?, index: counted(index).ok_or_else(wrong)? })
+    let number = |text: &str| text.parse::<usize>().ok().filter(|number| *number > 0).ok_or_else(wrong);
+    let (contour, pass) = match text.split_once(':') {
+        Some((contour, pass)) => (contour, Some(number(pass)? - 1)),
+        None => (text, None),
+    };
+    Ok(Recut { contour: number(contour)?, pass })
 }
 
 #[cfg(test)]
@@ -80,15 +100,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn loop_numbers_are_read_as_printed() {
-        for (text, wanted) in [("1", (0, 0)), ("3", (0, 2)), ("2:4", (3, 1))] {
-            let read = number(text).unwrap();
-            assert_eq!((read.pass, read.index), wanted, "{text}");
-            let words: Vec<String> = read.to_string().split(' ').map(String::from).collect();
-            assert_eq!(number(&format!("{}:{}", words[1], words[4])), Ok(read));
+    fn contour_numbers_are_read_as_printed() {
+        for (text, contour, pass) in [("1", 1, None), ("3", 3, None), ("2:4", 2, Some(3))] {
+            assert_eq!(recut(text), Ok(Recut { contour, pass }));
         }
         for wrong in ["", "0", "1:0", "-1", "a", "1:2:3"] {
-            assert!(number(wrong).is_err(), "{wrong}");
+            assert!(recut(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -29,6 +29,7 @@ use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 use keepout_sim::{ServoConfig, operator};
 
 use super::align::placed;
+use super::before::{OperatorName, Page, check_output, default_log, refuse_margin_of_simulation};
 use super::display::Display;
 use super::operator_setup::{OperatorSetup, set_up};
 use super::plan::{LIMIT_S, given, load, make, refuse_same, write};
@@ -39,19 +40,26 @@ use super::{CliError, MachineArgument, RunArguments};
 const BRACKET: &[u8] = include_bytes!("../drawings/bracket.dxf");
 
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
+    let operator = OperatorName::of(arguments)?;
     let inputs = [Some(&arguments.plan), arguments.resume.as_ref(), arguments.alignment.as_ref()];
-    let named = [&arguments.dialect, &arguments.drives, &arguments.operator];
+    let named = [&arguments.dialect, &arguments.drives, &operator.name];
     let files = named.map(|name| Path::new(name.strip_prefix("trace:").unwrap_or(name)));
     let outputs = [&arguments.log, &arguments.report, &arguments.picture, &arguments.record_trace];
-    refuse_same(&[given(&inputs), files.to_vec()].concat(), &given(&outputs.map(Option::as_ref)))?;
+    let written = given(&outputs.map(Option::as_ref));
+    refuse_same(&[given(&inputs), files.to_vec()].concat(), &written)?;
+    // Nothing is discovered after the run: the log and the trace check their own places.
+    [&arguments.report, &arguments.picture].into_iter().flatten().try_for_each(|path| check_output(path))?;
     let plan = load(&arguments.plan, arguments.time)?;
     let arguments = &placed(arguments, &plan)?;
-    let limit = seconds("--limit-s", arguments.limit_s)?;
+    let limit = limit(arguments.limit_s, operator.by_hand)?;
     let jog = seconds("--jog-s", arguments.jog_s)?;
     let outputs = Outputs { report: arguments.report.clone(), picture: arguments.picture.clone() };
     if arguments.port.is_some() && !arguments.home && !arguments.homed {
         let reason = "a real machine needs --home (tool raised), or --homed if it was homed since power-up";
         return Err(CliError::Argument(reason.into()));
+    }
+    if arguments.port.is_some() && !arguments.simulate {
+        refuse_margin_of_simulation(&plan.plan.machine)?;
     }
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
     let work = PreparedPlan::new(plan);
@@ -64,22 +72,29 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         None => Progress::default(),
     };
     if progress.finished.len() == work.plan.plan.loop_count() {
-        println!("every contour of the plan is finished: this run has no work");
+        println!("every contour of the plan is cut: this run has no work");
         return Ok(ExitCode::SUCCESS);
     }
-    let setup = set_up(arguments, jog.as_secs_f64(), real_time)?;
     match &arguments.port {
-        Some(port) => on_port(work, port, arguments, limit, setup, progress, &outputs),
+        Some(port) => on_port(work, port, arguments, (limit, jog), &operator, progress, &outputs),
         None => {
+            let setup = set_up(arguments, &operator, jog.as_secs_f64(), real_time)?;
             let run = SimRun { progress, ..simulation(arguments, limit)? };
             if let Some(note) = note_of_drives(&work.plan, &run) {
                 eprintln!("note: {note}");
             }
             let machine = run.machine.name.clone();
-            let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
+            let (log, operator) = (arguments.log.as_deref(), operator.name.as_str());
             on_simulation(work, &run, setup, &Recording { log, operator, machine, simulated: true }, &outputs)
         }
     }
+}
+
+/// The time limit. A run with a person has none by default.
+fn limit(given: Option<f64>, by_hand: bool) -> Result<Duration, CliError> {
+    const UNATTENDED_S: f64 = 3600.0;
+    const ATTENDED_S: f64 = 1e7;
+    seconds("--limit-s", given.unwrap_or(if by_hand { ATTENDED_S } else { UNATTENDED_S }))
 }
 
 /// Checks a time in seconds.
@@ -155,20 +170,6 @@ fn note_of_drives(plan: &CertifiedPlan, run: &SimRun) -> Option<String> {
     })
 }
 
-/// Prints a note when a run on a real machine uses the margin of the simulated machine.
-fn note_of_margin(machine: &MachineProfile) {
-    let simulated = MachineProfile::simulated();
-    // A profile that `drives budget` made from the simulated machine keeps its name, but has its own source.
-    if machine.name == simulated.name || machine.contour_error_source == simulated.contour_error_source {
-        eprintln!(
-            "note: the plan's margin and travel are of the {}, not of the machine at the port: plan again \
-             with --machine-profile. `keepout doctor` prints the figures of the machine at the port. \
-             `keepout drives budget` writes a machine profile",
-            simulated.name
-        );
-    }
-}
-
 /// Output files of a run.
 struct Outputs {
     report: Option<PathBuf>,
@@ -228,15 +229,29 @@ fn on_port(
     work: PreparedPlan,
     name: &str,
     arguments: &RunArguments,
-    limit: Duration,
-    setup: OperatorSetup,
+    (limit, jog): (Duration, Duration),
+    operator: &OperatorName,
     progress: Progress,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
     let machine = work.plan.plan.machine.clone();
     let dialect_name = dialect_name(arguments)?;
-    note_of_margin(&machine);
     let place = place_on_table(&work.plan, &machine, arguments.origin_mm)?;
+    let began = rfc_3339(SystemTime::now());
+    let log = arguments.log.clone().unwrap_or_else(|| default_log(&arguments.plan, &began));
+    check_output(&log)?;
+    let page = Page {
+        plan: &work.plan,
+        arguments,
+        operator: &operator.name,
+        port: name,
+        place: &place,
+        progress: &progress,
+        log: Some(&log),
+    };
+    let port = Serial::open(name, arguments.baud)?;
+    page.confirm()?;
+    let setup = set_up(arguments, operator, jog.as_secs_f64(), true)?;
     let options = Options {
         feed_mm_min: arguments.feed_mm_min,
         home: arguments.home,
@@ -248,9 +263,12 @@ fn on_port(
     let config = DialectConfig::of(&machine, place.offset);
     let session_setup = SessionSetup { work, options, dialect: dialect_name, config };
     let on = format!("{} on {name}, {} baud", machine.name, arguments.baud);
-    let port = Serial::open(name, arguments.baud)?;
-    let (log, operator) = (arguments.log.as_deref(), arguments.operator.as_str());
-    let recording = Recording { log, operator, machine: on.clone(), simulated: false };
+    let recording = Recording {
+        log: Some(&log),
+        operator: &operator.name,
+        machine: on.clone(),
+        simulated: arguments.simulate,
+    };
     let event_log = recording.event_log(&session_setup)?;
     let mut session = session_setup.session(port, setup.operator, event_log);
     if setup.recovers {
@@ -274,6 +292,7 @@ fn on_port(
         setting: format!("{on}; positions as reported"),
         ..RunFacts::of(&supervisor, outcome, last.elapsed().as_secs_f64())
     };
+    println!("{:<36} {}", "log", log.display());
     finish(supervisor.plan(), &facts, &samples, outputs)
 }
 

@@ -20,6 +20,8 @@ use keepout_planner::Mm2;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{mm, point_mm};
 
+use super::display::Tally;
+use super::operator_setup::HELP;
 use super::view::{Headline, ScreenOutline, Tone, ViewFacts, draw, headline_lines};
 use crate::input::TerminalError;
 use crate::input::terminal::SecondScreen;
@@ -50,6 +52,7 @@ pub struct Screen {
     notices: Vec<String>,
     /// Numbers of notices taken from the panel and from the supervisor.
     taken: (usize, usize),
+    tally: Tally,
     keys: &'static str,
     _screen: SecondScreen,
 }
@@ -71,6 +74,7 @@ impl Screen {
             panel,
             notices: Vec::new(),
             taken: (0, 0),
+            tally: Tally::default(),
             keys,
             _screen: screen,
         })
@@ -111,6 +115,8 @@ impl Screen {
             trail: self.trail.clone(),
             status: self.panel.status(),
             notices: self.notices.clone(),
+            tally: self.tally.of(supervisor).into(),
+            help: if self.panel.help() { &HELP } else { &[] },
             keys: self.keys.into(),
             seconds: now.elapsed().as_secs_f64(),
         }
@@ -161,6 +167,7 @@ impl Drop for Screen {
 fn headline(supervisor: &Supervisor, wall_mm: Option<f64>) -> Headline {
     match supervisor.phase() {
         Phase::Starting => Headline::Starting,
+        Phase::Sliding | Phase::Manual if supervisor.is_armed() => Headline::Armed,
         Phase::Sliding | Phase::Manual if wall_mm.is_some_and(|wall| wall <= AT_WALL_MM) => {
             Headline::AtTheWall
         }

@@ -16,6 +16,8 @@ pub enum Headline {
     Starting,
     /// The operator jogs.
     Manual,
+    /// The operator jogs, and the cycle is armed.
+    Armed,
     /// The operator jogs, and the tool stands at the wall.
     AtTheWall,
     /// The operator jogs, and the tool stands at the soft limit.
@@ -67,7 +69,7 @@ impl Headline {
     /// Urgency of the headline.
     pub fn tone(&self) -> Tone {
         match self {
-            Self::Stopped { .. } => Tone::Alarm,
+            Self::Stopped { .. } | Self::Armed => Tone::Alarm,
             Self::AtTheWall
             | Self::EndOfTravel
             | Self::Escaping
@@ -84,6 +86,7 @@ impl Headline {
         match self {
             Self::Starting => "STARTING".into(),
             Self::Manual => "MANUAL".into(),
+            Self::Armed => "ARMED - TOUCH".into(),
             Self::AtTheWall => "AT THE WALL".into(),
             Self::EndOfTravel => "END OF TRAVEL".into(),
             Self::Contouring { percent: Some(percent) } => format!("CONTOURING {percent} %"),
@@ -93,7 +96,7 @@ impl Headline {
             Self::Pausing => "PAUSING".into(),
             Self::Paused => "PAUSED".into(),
             Self::Stopping => "STOPPING".into(),
-            Self::Done => "DONE".into(),
+            Self::Done => "ENDED".into(),
             Self::Stopped { .. } => "STOPPED".into(),
         }
     }
@@ -120,6 +123,10 @@ pub struct ViewFacts {
     pub status: String,
     /// The last notices, oldest first.
     pub notices: Vec<String>,
+    /// The contours that are cut and left, such as `1 of 5 contours cut. Left: …`.
+    pub tally: String,
+    /// Explanation of the keys, if the operator requests it.
+    pub help: &'static [&'static str],
     /// Line that explains the keys.
     pub keys: String,
     /// Time since the start of the session, s.
@@ -155,12 +162,18 @@ fn large_view(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
         letters::large(&words, width).map_or(vec![words, String::new(), String::new()], Vec::from);
     lines.extend(explained(&facts.headline, width));
     lines.push("─".repeat(width));
-    // Four lines follow the figures and the plan: a rule, two notices, the keys.
-    let body = height.saturating_sub(lines.len() + 4);
-    let figures = large_figures(facts, body);
-    let plan = plan_of(facts, width - FIGURES, body);
-    lines.extend(beside(&figures, &plan, FIGURES));
+    // Five lines follow the figures and the plan: a rule, the contours, two notices, the keys.
+    let body = height.saturating_sub(lines.len() + 5);
+    if facts.help.is_empty() {
+        let figures = large_figures(facts, body);
+        let plan = plan_of(facts, width - FIGURES, body);
+        lines.extend(beside(&figures, &plan, FIGURES));
+    } else {
+        let help = facts.help.iter().map(ToString::to_string).chain(std::iter::repeat(String::new()));
+        lines.extend(help.take(body));
+    }
     lines.push("─".repeat(width));
+    lines.push(plain(&facts.tally));
     let notices = last_notices(facts, 2);
     lines.extend((0..2).map(|index| notices.get(index).cloned().unwrap_or_default()));
     lines.push(facts.keys.clone());
@@ -180,8 +193,13 @@ fn small_view(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
         clock(facts.seconds),
     ];
     let figures: Vec<String> = figures.into_iter().take(body).map(|line| cut(&line, SMALL_FIGURES)).collect();
-    let plan = plan_of(facts, width.saturating_sub(SMALL_FIGURES + 1), body);
-    lines.extend(beside(&figures, &plan, SMALL_FIGURES + 1));
+    if facts.help.is_empty() {
+        let plan = plan_of(facts, width.saturating_sub(SMALL_FIGURES + 1), body);
+        lines.extend(beside(&figures, &plan, SMALL_FIGURES + 1));
+    } else {
+        let help = facts.help.iter().map(ToString::to_string).chain(std::iter::repeat(String::new()));
+        lines.extend(help.take(body));
+    }
     lines.extend(last_notices(facts, 1).into_iter().chain([String::new()]).take(1));
     lines.push(facts.keys.clone());
     lines

@@ -17,6 +17,7 @@ struct Lines {
     /// Notices since the beginning, the dropped ones included.
     count: usize,
     status: String,
+    help: bool,
 }
 
 impl Panel {
@@ -39,6 +40,17 @@ impl Panel {
         if lines.status != status {
             lines.status = status.into();
         }
+    }
+
+    /// Shows or hides the help.
+    pub fn set_help(&self, help: bool) {
+        self.lines().help = help;
+    }
+
+    /// Whether the operator requests the help.
+    #[must_use]
+    pub fn help(&self) -> bool {
+        self.lines().help
     }
 
     /// The status line of the device.

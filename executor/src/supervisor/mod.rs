@@ -271,6 +271,12 @@ impl Supervisor {
         &self.contours.unreached
     }
 
+    /// Whether the cycle is armed: a contact starts the contour.
+    #[must_use]
+    pub fn is_armed(&self) -> bool {
+        self.operation.armed
+    }
+
     /// Whether a contour was interrupted and is not finished.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {

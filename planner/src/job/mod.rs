@@ -118,9 +118,9 @@ pub enum JobError {
     /// Only an interrupted loop is left, and the tool cannot enter it again.
     #[error(
         "no link move leads back to {number} at {}, where it was interrupted, nor to a place up to one \
-         tool radius before. Jog the tool near that place, or recut the loop: \
-         `keepout run --resume LOG --recut {}:{}`.",
-        at, number.index + 1, number.pass + 1
+         tool radius before. Jog the tool near that place, or recut the contour: \
+         `keepout run --resume LOG --recut CONTOUR`.",
+        at
     )]
     NoWayBack {
         /// The loop.

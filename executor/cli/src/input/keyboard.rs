@@ -8,6 +8,7 @@
 //! | space | stop at once |
 //! | a | cycle armed, on or off |
 //! | p, r, f | pause (feed hold), resume (cycle start), recover after a fault |
+//! | ?, h | help, on or off |
 //! | q, Ctrl-C | quit |
 
 use std::collections::VecDeque;
@@ -68,6 +69,7 @@ pub struct Keys {
     wheel: Handwheel,
     armed: bool,
     stopped: bool,
+    help: bool,
     commands: VecDeque<OperatorCommand>,
 }
 
@@ -84,6 +86,7 @@ impl Keys {
             wheel: Handwheel::default(),
             armed: false,
             stopped: false,
+            help: false,
             commands: VecDeque::new(),
         }
     }
@@ -104,6 +107,8 @@ impl Keys {
     /// The input at `now`.
     pub fn input(&mut self, phase: Phase, now: Time) -> OperatorInput {
         self.held.retain(|held| now < held.1);
+        // A contact start disarms the cycle: the next contour needs a new key.
+        self.armed &= !matches!(phase, Phase::Touching | Phase::Contouring);
         if self.stopped {
             // Space stops a contour with a feed hold.
             if phase == Phase::Contouring && self.commands.is_empty() {
@@ -117,6 +122,12 @@ impl Keys {
     /// Takes the next command that the operator gave.
     pub fn command(&mut self) -> Option<OperatorCommand> {
         self.commands.pop_front()
+    }
+
+    /// Whether the keys are to be explained.
+    #[must_use]
+    pub fn help(&self) -> bool {
+        self.help
     }
 
     /// Whether space was the last key pressed.
@@ -134,7 +145,7 @@ impl Keys {
             format!("speed {:.0} %", SPEEDS[self.speed] * 100.0)
         };
         if self.armed {
-            status += ", armed";
+            status += ", ARMED";
         }
         if self.stopped {
             status += ", stopped: press a key";
@@ -196,6 +207,7 @@ impl Keys {
             Key::Interrupt | Key::Character('q') => self.give(OperatorCommand::Stop),
             Key::Character(' ') => self.stop(),
             Key::Character('a') => self.armed = !self.armed,
+            Key::Character('?' | 'h') => self.help = !self.help,
             Key::Character('p') => self.give(OperatorCommand::FeedHold),
             Key::Character('r') => self.give(OperatorCommand::CycleStart),
             Key::Character('f') => self.give(OperatorCommand::Recover),
@@ -308,6 +320,24 @@ mod tests {
         keys.take(UP, Stroke::Up, ms(2020));
         assert_eq!(velocity(&mut keys, 2030), Mm2::new(1.0, 0.0));
         assert_eq!(velocity(&mut keys, 2800), Mm2::ZERO, "no key event for too long");
+    }
+
+    #[test]
+    fn contact_start_disarms_the_cycle() {
+        let mut keys = Keys::new(false);
+        keys.take(Key::Character('a'), Stroke::Down, ms(0));
+        assert!(keys.input(Phase::Manual, ms(1)).armed && keys.status().contains("ARMED"));
+        keys.input(Phase::Touching, ms(2));
+        assert!(!keys.input(Phase::Manual, ms(3)).armed && !keys.status().contains("ARMED"));
+    }
+
+    #[test]
+    fn question_mark_explains_the_keys() {
+        let mut keys = Keys::new(false);
+        keys.take(Key::Character('?'), Stroke::Down, ms(0));
+        assert!(keys.help());
+        keys.take(Key::Character('h'), Stroke::Down, ms(1));
+        assert!(!keys.help());
     }
 
     #[test]

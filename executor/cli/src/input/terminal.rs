@@ -205,6 +205,7 @@ impl Operator for Keyboard {
         self.take_strokes(now);
         let input = self.keys.input(view.phase, now);
         self.panel.set_status(&self.keys.status());
+        self.panel.set_help(self.keys.help());
         input
     }
 

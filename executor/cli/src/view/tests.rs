@@ -13,6 +13,8 @@ fn facts() -> ViewFacts {
         trail: (0..40).map(|i| Mm2::new(-3.3, f64::from(i))).collect(),
         status: "speed 20 %".into(),
         notices: vec!["first".into(), "second".into(), "third".into()],
+        tally: "1 of 2 contours cut. Left: 2 slot 20 × 40 (not begun)".into(),
+        help: &[],
         keys: "arrows jog · space STOP · q quit".into(),
         seconds: 3723.9,
     }
@@ -59,6 +61,7 @@ fn every_headline_fits_80_columns_large() {
     let all = [
         Headline::Starting,
         Headline::Manual,
+        Headline::Armed,
         Headline::AtTheWall,
         Headline::EndOfTravel,
         Headline::Contouring { percent: Some(100) },
@@ -88,13 +91,16 @@ fn view_fits_every_size_with_any_facts() {
         trail: vec![Mm2::new(f64::NAN, 0.0), Mm2::new(f64::MAX, f64::MIN)],
         status: "\u{7}".into(),
         notices: vec!["\u{1b}]0;title\u{7}".into(), "\u{202e}gnirts".into()],
+        tally: "\u{7}".repeat(300),
+        help: &[],
         keys: "k".repeat(500),
         seconds: f64::NAN,
     };
     let far =
         ViewFacts { position_mm: Some(Mm2::new(-123_456.789, 99_998.999)), wall_mm: Some(1e9), ..facts() };
+    let helped = ViewFacts { help: &crate::operator_setup::HELP, ..facts() };
     let none = ViewFacts { position_mm: None, wall_mm: None, speed_mm_s: None, ..facts() };
-    for facts in [facts(), odd, far, none] {
+    for facts in [facts(), odd, far, none, helped] {
         for width in (0..=100).chain([200, 1000]) {
             for height in (0..=30).chain([100]) {
                 check(&facts, width, height);

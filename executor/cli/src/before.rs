@@ -1,0 +1,182 @@
+//! Checks before a run, and the page that a person confirms before the first motion.
+
+use std::io::{BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use keepout_executor::session::TablePlacement;
+use keepout_planner::align::file::AlignmentFile;
+use keepout_planner::contour::short;
+use keepout_planner::job::Progress;
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::text_file;
+use keepout_planner::units::mm;
+
+use super::{CliError, RunArguments};
+
+/// Who operates a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OperatorName {
+    /// The name, as the command line gives it.
+    pub name: String,
+    /// Whether a person operates.
+    pub by_hand: bool,
+}
+
+impl OperatorName {
+    /// The operator of the arguments. A real machine has no default, and no model moves it.
+    pub fn of(arguments: &RunArguments) -> Result<Self, CliError> {
+        let at_port = arguments.port.is_some();
+        let name = match (&arguments.operator, at_port) {
+            (Some(name), _) => name.clone(),
+            (None, false) => "calm".into(),
+            (None, true) => {
+                let reason = "nothing moves unasked: name the operator with --operator keyboard, gamepad or \
+                              handwheel";
+                return Err(CliError::Argument(reason.into()));
+            }
+        };
+        let kind = name.split(':').next().unwrap_or(&name);
+        let by_hand = ["keyboard", "gamepad", "handwheel"].contains(&kind);
+        if at_port && !by_hand && !arguments.simulate {
+            return Err(CliError::Argument(format!(
+                "--operator {name} is no person, and only a person moves a real machine. Give --operator keyboard, \
+                 gamepad or handwheel. If the controller at the port is a simulator, state that with --simulate."
+            )));
+        }
+        Ok(Self { name, by_hand })
+    }
+}
+
+/// Refuses a plan whose margin is of the simulated machine, at a real one.
+pub fn refuse_margin_of_simulation(machine: &MachineProfile) -> Result<(), CliError> {
+    let simulated = MachineProfile::simulated();
+    // A profile that `drives budget` made from the simulated machine keeps its name, but has its own source.
+    if machine.name != simulated.name && machine.contour_error_source != simulated.contour_error_source {
+        return Ok(());
+    }
+    Err(CliError::Argument(format!(
+        "the plan's margin and travel are of the {}, not of the machine at the port. Store the machine's figures with \
+         `keepout machine new`, and make the plan again with --machine NAME. If the controller at the port is a \
+         simulator, state that with --simulate.",
+        simulated.name
+    )))
+}
+
+/// Refuses an alignment that was found with another drawing than the plan's.
+pub fn refuse_other_drawing(
+    alignment: &AlignmentFile,
+    path: &Path,
+    plan: &CertifiedPlan,
+    same_origin: bool,
+) -> Result<(), CliError> {
+    let name = &plan.plan.provenance.name;
+    if alignment.drawing == *name || same_origin {
+        return Ok(());
+    }
+    Err(CliError::Argument(format!(
+        "{} was found with {}, but the plan is of {name}. Part and clamps lie where the alignment states only if \
+         both drawings have the same origin. If they have, give --same-origin.",
+        path.display(),
+        text_file::shown(&alignment.drawing),
+    )))
+}
+
+/// Checks that an output file can be written in its folder, before anything moves.
+pub fn check_output(path: &Path) -> Result<(), CliError> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let probe = folder.join(format!(".keepout-{}.tmp", std::process::id()));
+    let unwritable = keepout_planner::file::OUTPUT.write_error(path);
+    if path.is_dir() {
+        let error = std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a folder");
+        return Err(unwritable(error).into());
+    }
+    std::fs::write(&probe, b"").map_err(unwritable)?;
+    let _ = std::fs::remove_file(&probe);
+    Ok(())
+}
+
+/// The log of a run at a port without --log: beside the plan, with the date in its name.
+pub fn default_log(plan: &Path, began: &str) -> PathBuf {
+    let stem = plan.file_stem().unwrap_or_default().to_string_lossy();
+    let date: String = began.chars().map(|c| if c == ':' { '-' } else { c }).collect();
+    plan.with_file_name(format!("{stem}-{}.log", date.trim_end_matches('Z')))
+}
+
+/// The page before the first motion.
+pub struct Page<'a> {
+    pub plan: &'a CertifiedPlan,
+    pub arguments: &'a RunArguments,
+    pub operator: &'a str,
+    pub port: &'a str,
+    pub place: &'a TablePlacement,
+    pub progress: &'a Progress,
+    pub log: Option<&'a Path>,
+}
+
+impl Page<'_> {
+    fn lines(&self) -> Vec<String> {
+        let Self { plan, arguments, operator, port, place, progress, log } = self;
+        let made = &plan.plan;
+        let row = |name: &str, value: String| format!("  {name:<16} {value}");
+        let offset = place.offset;
+        let origin = format!("({:.3}, {:.3}) mm in machine coordinates", mm(offset.dx), mm(offset.dy));
+        let aligned = match &arguments.alignment {
+            Some(path) => format!("by {}", path.display()),
+            None => "stated by --origin-mm; the rotation is not measured".into(),
+        };
+        let homing = if arguments.home { "the machine homes first: RAISE THE TOOL" } else { "homed before" };
+        let mut lines = vec![
+            "Before the first motion".to_string(),
+            row("machine", format!("{} at {port}; {homing}", made.machine.name)),
+            row("operator", (*operator).into()),
+            row("drawing", made.provenance.name.clone()),
+            row(
+                "part",
+                format!("{} mm, {}", keepout_planner::size::size(plan.profile_size_mm()), plan.side_words()),
+            ),
+            row("tool", format!("Ø {} mm", short(2.0 * mm(made.tool_radius.units())))),
+            row("stock to leave", format!("{} mm", short(mm(made.stock_to_leave.units())))),
+            row("feed", format!("{} mm/min along contours", arguments.feed_mm_min)),
+            row("drawing's origin", origin),
+            row("alignment", aligned),
+            row("log", log.map_or("none".into(), |log| log.display().to_string())),
+        ];
+        for contour in plan.contours() {
+            let done =
+                !contour.loops.is_empty() && contour.loops.iter().all(|each| progress.has_finished(*each));
+            let fate = match (contour.loops.is_empty(), done) {
+                (true, _) => "WILL NOT BE CUT: the tool does not fit",
+                (false, true) => "is cut already",
+                (false, false) => "will be cut",
+            };
+            lines.push(format!("  {:<40} {fate}", contour.name.short()));
+        }
+        lines.push(
+            "Keepout does not know the spindle, the tool's height, or clamps that are not drawn.".into(),
+        );
+        lines
+    }
+
+    /// Shows the page, and waits for the person's consent.
+    pub fn confirm(&self) -> Result<(), CliError> {
+        for line in self.lines() {
+            eprintln!("{line}");
+        }
+        if self.arguments.yes {
+            return Ok(());
+        }
+        if !std::io::stdin().is_terminal() {
+            let reason = "a person confirms this page, and the input is no terminal. A script gives --yes.";
+            return Err(CliError::Argument(reason.into()));
+        }
+        eprint!("Type y and press Enter to start; anything else ends: ");
+        let _ = std::io::stderr().flush();
+        let mut answer = String::new();
+        let _ = std::io::stdin().lock().read_line(&mut answer);
+        match answer.trim() {
+            "y" | "Y" | "yes" => Ok(()),
+            _ => Err(CliError::Argument("not confirmed: nothing was moved".into())),
+        }
+    }
+}
