@@ -47,19 +47,30 @@ impl CertifiedPlan {
     /// Summary of the plan, line by line. Warnings come first.
     #[must_use]
     pub fn summary(&self) -> String {
-        let plan = &self.plan;
-        let provenance = &plan.provenance;
-        let side = match plan.side {
-            MachinedSide::Outside => "outside (the part is inside the contour)",
-            MachinedSide::Inside => "inside (the part is outside the contour)",
-        };
-        let enclosed = match plan.side {
-            MachinedSide::Outside => format!("{:.3} mm² of material", self.enclosed_mm2()),
-            MachinedSide::Inside => format!("pockets of {:.3} mm²", self.enclosed_mm2()),
-        };
         let mut lines: Vec<String> =
             self.warnings().into_iter().map(|text| format!("WARNING      {text}")).collect();
-        lines.extend([
+        lines.extend(self.part_lines());
+        lines.extend(self.clearance_lines());
+        lines.extend(self.path_lines());
+        let remarks = &self.plan.provenance.remarks;
+        lines.extend(remarks.iter().map(|remark| format!("note         {}", remark.text)));
+        lines.join("\n")
+    }
+
+    fn part_lines(&self) -> Vec<String> {
+        let plan = &self.plan;
+        let provenance = &plan.provenance;
+        let (side, enclosed) = match plan.side {
+            MachinedSide::Outside => (
+                "outside (the part is inside the contour)",
+                format!("{:.3} mm² of material", self.enclosed_mm2()),
+            ),
+            MachinedSide::Inside => (
+                "inside (the part is outside the contour)",
+                format!("pockets of {:.3} mm²", self.enclosed_mm2()),
+            ),
+        };
+        let mut lines = vec![
             format!(
                 "drawing      {} ({} contours, unit {})",
                 provenance.name,
@@ -69,6 +80,21 @@ impl CertifiedPlan {
             format!("part         {} mm, {}: {enclosed}", size(self.profile_size_mm()), self.side_words()),
             format!("machined     {side}"),
             format!("tool         Ø {} mm", short(2.0 * mm(plan.tool_radius.units()))),
+        ];
+        if let Some((degrees, Mm2 { x, y })) = provenance.placed {
+            lines.push(format!(
+                "placed       turned by {degrees}° about its origin, then moved by ({x}, {y}) mm"
+            ));
+        }
+        if !plan.zones.loops.is_empty() {
+            lines.push(format!("zones        {} keep-out zones besides the part", plan.zones.loops.len()));
+        }
+        lines
+    }
+
+    fn clearance_lines(&self) -> Vec<String> {
+        let plan = &self.plan;
+        let mut lines = vec![
             format!("stock        {:.5} mm to leave", mm(plan.stock_to_leave.units())),
             format!("margin for   {}", plan.machine.name),
             plan.budget.to_string(),
@@ -80,15 +106,7 @@ impl CertifiedPlan {
                 "finishing    the tool centre stays more than {:.5} mm from the part",
                 mm(self.finishing.units())
             ),
-        ]);
-        if let Some((degrees, Mm2 { x, y })) = provenance.placed {
-            lines.push(format!(
-                "placed       turned by {degrees}° about its origin, then moved by ({x}, {y}) mm"
-            ));
-        }
-        if !plan.zones.loops.is_empty() {
-            lines.push(format!("zones        {} keep-out zones besides the part", plan.zones.loops.len()));
-        }
+        ];
         let sources = plan.profile.source_count();
         if sources > 0 {
             let chord_error = plan.profile.chord_error();
@@ -98,22 +116,24 @@ impl CertifiedPlan {
                 mm(chord_error.units())
             ));
         }
+        lines
+    }
+
+    fn path_lines(&self) -> Vec<String> {
+        let plan = &self.plan;
         let direction = match plan.cut {
             Cut::Conventional => "conventional (part on the left)",
             Cut::Climb => "climb (part on the right)",
         };
-        lines.push(format!(
-            "cut          {direction}, {} motions, every motion certified",
-            self.certified_motions
-        ));
+        let motions = self.certified_motions;
+        let mut lines = vec![format!("cut          {direction}, {motions} motions, every motion certified")];
         lines.extend(plan.passes.iter().enumerate().map(|(index, pass)| pass.summary(index + 1)));
         lines.push("contours     with the numbers of the pictures and of --recut:".into());
         lines.extend(self.contours().iter().take(LISTED).map(|contour| format!("  {contour}")));
         if self.contours().len() > LISTED {
             lines.push(format!("  … and {} more", self.contours().len() - LISTED));
         }
-        lines.extend(provenance.remarks.iter().map(|remark| format!("note         {}", remark.text)));
-        lines.join("\n")
+        lines
     }
 
     /// Claims that a successful [`crate::plan::Plan::certify`] proves, with their numbers, line by line.

@@ -10,12 +10,12 @@ use keepout_planner::profile::MachinedSide;
 use keepout_planner::select::Stroke;
 
 use crate::resume::Recut;
-use crate::values::{pair, pass, time};
+use crate::values::{length, pair, pass, time};
 
 /// Machine a part by hand, straight from its drawing. The computer keeps the tool out of the part, whatever
 /// you do. Then it cuts the finishing contour by itself.
 #[derive(Debug, Parser)]
-#[command(version, after_help = EXIT_CODES)]
+#[command(name = "keepout", version, after_help = EXIT_CODES)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: CliCommand,
@@ -24,7 +24,8 @@ pub(crate) struct Arguments {
 const EXIT_CODES: &str = "Exit codes: 0 done · 2 wrong arguments · 3 the drawing cannot be used \
     · 4 no plan can be made (tool, margin, contours) · 5 a plan or log is damaged, or does not hold when it \
     is proved again · 6 port, controller or machine fault · 7 a file cannot be written \
-    · 8 the collision monitor saw the tool in the part · 9 the run ended before the contour was finished";
+    · 8 the collision monitor saw the tool in the part · 9 the run ended with contours left: incomplete, stopped, or \
+    over its time limit";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum CliCommand {
@@ -64,6 +65,17 @@ pub(crate) enum CliCommand {
     /// plugs it in again: the program closes the device and opens another.
     #[cfg(unix)]
     Simulate(crate::simulate::SimulateArguments),
+    /// Print the completions for a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages of all commands into a folder.
+    Man {
+        /// The folder.
+        #[arg(short, long, value_name = "FOLDER")]
+        output: PathBuf,
+    },
     /// Run an end-to-end job with the built-in drawing and the simulated machine, and write a report.
     Demo {
         /// Folder for the plan, the pictures and the report.
@@ -157,10 +169,12 @@ pub(crate) struct DrawingArguments {
     #[arg(long, value_name = "FACTOR")]
     pub(crate) scale: Option<f64>,
     /// Largest gap that is closed, mm. The output lists each closed gap.
-    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::JOIN_MM)]
+    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::JOIN_MM, value_parser = length,
+        allow_hyphen_values = true)]
     pub(crate) join_mm: f64,
     /// Tolerance of the arcs and lines that replace splines and ellipses, mm.
-    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::CURVE_MM)]
+    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::CURVE_MM, value_parser = length,
+        allow_hyphen_values = true)]
     pub(crate) curve_mm: f64,
     /// Use lines of this line type although it has gaps. Can be repeated.
     #[arg(long, value_name = "NAME")]
@@ -221,13 +235,13 @@ pub(crate) struct AlignArguments {
         requires = "probe_diameter")]
     pub(crate) edge: Vec<ProbePoint>,
     /// Diameter of the probe or tool that touched the edges, mm.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     pub(crate) probe_diameter: Option<f64>,
     /// Largest error of a probe point, mm.
-    #[arg(long, value_name = "MM", default_value_t = PROBE_ERROR_MM)]
+    #[arg(long, value_name = "MM", default_value_t = PROBE_ERROR_MM, value_parser = length)]
     pub(crate) probe_error_mm: f64,
     /// Largest accepted difference between drawing and machine, mm.
-    #[arg(long, value_name = "MM", default_value_t = TOLERANCE_MM)]
+    #[arg(long, value_name = "MM", default_value_t = TOLERANCE_MM, value_parser = length)]
     pub(crate) tolerance_mm: f64,
     /// Output file of the alignment, TOML.
     #[arg(short, long, value_name = "FILE")]
@@ -241,18 +255,18 @@ pub(crate) struct PlanArguments {
     /// Alignment file of `keepout align`. Turns the drawing as the workpiece lies. `run` needs the same file.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["rotate_deg", "offset_mm"])]
     pub(crate) alignment: Option<PathBuf>,
-    /// Diameter of the cutter, mm.
-    #[arg(long, value_name = "MM")]
+    /// Diameter of the cutter: mm, or with a unit, such as 1/4in.
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     pub(crate) tool_diameter: f64,
     /// Machined side of the contour.
     #[arg(long, value_enum, default_value = "outside")]
     pub(crate) side: SideArgument,
     /// Stock to leave: the stock that jogging leaves for the finishing cut, mm.
-    #[arg(long, value_name = "MM", default_value_t = 0.2)]
+    #[arg(long, value_name = "MM", default_value_t = 0.2, value_parser = length, allow_hyphen_values = true)]
     pub(crate) stock_to_leave_mm: f64,
     /// Total margin for the machine's errors, mm. Without it, the figures of the machine profile give the
     /// margin.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     pub(crate) margin_mm: Option<f64>,
     /// Use only the smallest contour around this point, and the contours directly inside it. Can be repeated.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
@@ -289,6 +303,9 @@ pub(crate) struct PlanArguments {
     /// Output file of the plan.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Replace a plan file that exists. Logs of the earlier plan then have no plan any more.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
 }
 
 #[derive(Debug, Args)]

@@ -12,6 +12,7 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::text_file;
 use keepout_planner::units::mm;
 
+use super::plan::check_ending;
 use super::{CliError, RunArguments};
 
 /// Who operates a run.
@@ -82,8 +83,8 @@ pub fn refuse_other_drawing(
     )))
 }
 
-/// Checks that an output file can be written in its folder, before anything moves.
-pub fn check_output(path: &Path) -> Result<(), CliError> {
+/// Checks that an output file can be written in its folder, before anything moves. `wanted`: the ending of its name.
+pub fn check_output(path: &Path, wanted: Option<&str>) -> Result<(), CliError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let probe = folder.join(format!(".keepout-{}.tmp", std::process::id()));
     let unwritable = keepout_planner::file::OUTPUT.write_error(path);
@@ -91,6 +92,7 @@ pub fn check_output(path: &Path) -> Result<(), CliError> {
         let error = std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a folder");
         return Err(unwritable(error).into());
     }
+    wanted.map_or(Ok(()), |ending| check_ending(path, ending))?;
     std::fs::write(&probe, b"").map_err(unwritable)?;
     let _ = std::fs::remove_file(&probe);
     Ok(())

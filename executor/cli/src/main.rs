@@ -4,6 +4,7 @@ mod align;
 mod arguments;
 mod before;
 mod conformance;
+mod demo;
 mod display;
 mod doctor;
 #[cfg(all(test, unix))]
@@ -19,6 +20,7 @@ mod report;
 mod resume;
 mod run;
 mod screen;
+mod shell;
 #[cfg(unix)]
 mod simulate;
 mod values;
@@ -49,15 +51,31 @@ fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
         CliCommand::Drives(command) => drives::drives(&command),
         #[cfg(unix)]
         CliCommand::Simulate(arguments) => simulate::simulate(&arguments),
-        CliCommand::Demo { output, jog_s } => run::demo(&output, jog_s),
+        CliCommand::Completions { shell } => shell::completions(shell),
+        CliCommand::Man { output } => shell::man(&output),
+        CliCommand::Demo { output, jog_s } => demo::demo(&output, jog_s),
     }
 }
 
+/// Ends the program quietly when the reader of its output has gone, as in `keepout inspect … | head`.
+fn end_at_closed_pipe() {
+    let before = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let text = panic.payload().downcast_ref::<String>().map_or("", String::as_str);
+        if text.starts_with("failed printing to std") {
+            input::terminal::restore();
+            std::process::exit(0);
+        }
+        before(panic);
+    }));
+}
+
 fn main() -> ExitCode {
+    end_at_closed_pipe();
     match execute(Arguments::parse()) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("keepout: {error}");
+            let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("keepout: {error}\n"));
             error.exit_code()
         }
     }

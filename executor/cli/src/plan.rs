@@ -19,6 +19,7 @@ use keepout_planner::request::{PlanRequest, PlanRequestError, Stage};
 use keepout_planner::select::Selection;
 use keepout_planner::{plan_file, sha256};
 
+use super::shell::print_lines;
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
 /// Default time limit for a drawing or a plan, s.
@@ -117,6 +118,7 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
     let request = request_of(&arguments.drawing)?;
     if let Some(output) = &arguments.output {
         refuse_same(&[path], &[output])?;
+        check_ending(output, "svg")?;
     }
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let progress = Progress::new(arguments.drawing.limit_s, DRAWING_REMEDY);
@@ -133,7 +135,7 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
         let json = serde_json::to_string_pretty(&found);
         println!("{}", json.map_err(|error| CliError::Argument(format!("cannot make JSON: {error}")))?);
     } else {
-        println!("{found}");
+        print_lines(&found.to_string());
         if let Some(output) = &arguments.output {
             println!("written      {}", output.display());
         }
@@ -177,10 +179,65 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     };
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let certified = make(path, &bytes, &request, &machine, arguments.drawing.limit_s)?;
+    let replaced = refuse_to_replace(&certified, &arguments.output, arguments.overwrite)?;
     plan_file::save(&certified.plan, &arguments.output)?;
-    println!("{}", certified.summary());
+    print_lines(&certified.summary());
+    if let Some(question) = travel_question(&certified, &machine) {
+        print_lines(&question);
+    }
+    if replaced {
+        println!("replaced     the earlier plan. Logs of that plan cannot be replayed or resumed any more.");
+    }
     println!("written      {}", arguments.output.display());
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses to replace a plan file with another plan, because logs of the earlier plan need it. Returns whether one is
+/// replaced.
+fn refuse_to_replace(plan: &CertifiedPlan, path: &Path, overwrite: bool) -> Result<bool, CliError> {
+    let Ok(earlier) = std::fs::read(path) else { return Ok(false) };
+    if plan_file::encode(&plan.plan).is_ok_and(|bytes| bytes == earlier) {
+        return Ok(false);
+    }
+    if overwrite {
+        return Ok(true);
+    }
+    Err(CliError::Argument(format!(
+        "{} exists and holds another plan. Logs of that plan need it to be replayed or resumed. Choose another name, or \
+         give --overwrite.",
+        path.display()
+    )))
+}
+
+/// A warning about a part that is larger than the machine's travel.
+fn travel_question(plan: &CertifiedPlan, machine: &MachineProfile) -> Option<String> {
+    let size = plan.profile_size_mm();
+    let [width, height] = machine.travel_mm;
+    let turned_fits = size.x <= height && size.y <= width;
+    (size.x > width || size.y > height).then(|| {
+        format!(
+            "WARNING      the part is {} mm, and {} has {width} × {height} mm of travel. {}",
+            keepout_planner::size::size(size),
+            machine.name,
+            if turned_fits {
+                "Turn it: --rotate-deg 90."
+            } else {
+                "Is the unit right? --units and --scale change it."
+            }
+        )
+    })
+}
+
+/// Checks the ending of an output's name: the program writes no other form.
+pub fn check_ending(path: &Path, ending: &str) -> Result<(), CliError> {
+    if path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending)) {
+        return Ok(());
+    }
+    Err(CliError::Argument(format!(
+        "{} would hold {}: give it a name that ends in .{ending}",
+        path.display(),
+        ending.to_uppercase()
+    )))
 }
 
 /// Makes a certified plan from the bytes of a drawing.
@@ -207,6 +264,7 @@ pub fn load(path: &Path, time: CertifyTime) -> Result<CertifiedPlan, CliError> {
 }
 
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
+    check_ending(&arguments.output, "svg")?;
     refuse_same(&[&arguments.plan], &[&arguments.output])?;
     let certified = load(&arguments.plan, arguments.time)?;
     let picture = svg(&certified, &certified.plan.provenance.name, &RunDrawing::default());
@@ -217,7 +275,7 @@ pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
 
 pub fn verify(path: &Path, time: CertifyTime) -> Result<ExitCode, CliError> {
     let certified = load(path, time)?;
-    println!("{}", certified.summary());
+    print_lines(&certified.summary());
     println!("drawing hash {}", sha256::hex(&certified.plan.provenance.hash));
     println!("{}", certified.proved());
     Ok(ExitCode::SUCCESS)

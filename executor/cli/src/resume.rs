@@ -58,7 +58,7 @@ pub fn progress_of(log: &Path, work: &PreparedPlan, recut: &[Recut]) -> Result<(
 
 /// Refuses to resume a run that cut at another place, or that only a simulated machine made.
 pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> Result<(), CliError> {
-    if header.simulated && arguments.port.is_some() {
+    if header.simulated && arguments.port.is_some() && !arguments.simulate {
         let reason = "the log of --resume is of a simulated machine, which cut no part. Leave out --resume";
         return Err(CliError::Argument(reason.into()));
     }

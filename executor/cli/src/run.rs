@@ -7,8 +7,7 @@ use std::time::{Duration, SystemTime};
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::{DialectConfig, DialectName};
-use keepout_executor::operator::Panel;
-use keepout_executor::session::log::{Header, LogReader, LogWriter, rfc_3339};
+use keepout_executor::session::log::{Header, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
     EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, html, picture_of_run,
@@ -17,27 +16,20 @@ use keepout_executor::session::{
 use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::Mm2;
-use keepout_planner::file::OUTPUT;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::plan_file;
-use keepout_planner::report::{RunDrawing, svg};
-use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{point_from_mm, point_mm};
+use keepout_sim::ServoConfig;
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
-use keepout_sim::{ServoConfig, operator};
 
 use super::align::placed;
 use super::before::{OperatorName, Page, check_output, default_log, refuse_margin_of_simulation};
 use super::display::Display;
 use super::operator_setup::{OperatorSetup, set_up};
-use super::plan::{LIMIT_S, given, load, make, refuse_same, write};
+use super::plan::{given, load, refuse_same, write};
 use super::resume::{fits, progress_of};
 use super::{CliError, MachineArgument, RunArguments};
-
-/// The drawing of the demonstration.
-const BRACKET: &[u8] = include_bytes!("../drawings/bracket.dxf");
 
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let operator = OperatorName::of(arguments)?;
@@ -48,7 +40,10 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let written = given(&outputs.map(Option::as_ref));
     refuse_same(&[given(&inputs), files.to_vec()].concat(), &written)?;
     // Nothing is discovered after the run: the log and the trace check their own places.
-    [&arguments.report, &arguments.picture].into_iter().flatten().try_for_each(|path| check_output(path))?;
+    let forms = [(&arguments.report, "html"), (&arguments.picture, "svg")];
+    for (path, form) in forms {
+        path.as_ref().map_or(Ok(()), |path| check_output(path, Some(form)))?;
+    }
     let plan = load(&arguments.plan, arguments.time)?;
     let arguments = &placed(arguments, &plan)?;
     let limit = limit(arguments.limit_s, operator.by_hand)?;
@@ -98,7 +93,7 @@ fn limit(given: Option<f64>, by_hand: bool) -> Result<Duration, CliError> {
 }
 
 /// Checks a time in seconds.
-fn seconds(name: &str, value: f64) -> Result<Duration, CliError> {
+pub fn seconds(name: &str, value: f64) -> Result<Duration, CliError> {
     let known = (0.0..=1e7).contains(&value);
     if known {
         Ok(Duration::from_secs_f64(value))
@@ -239,7 +234,7 @@ fn on_port(
     let place = place_on_table(&work.plan, &machine, arguments.origin_mm)?;
     let began = rfc_3339(SystemTime::now());
     let log = arguments.log.clone().unwrap_or_else(|| default_log(&arguments.plan, &began));
-    check_output(&log)?;
+    check_output(&log, None)?;
     let page = Page {
         plan: &work.plan,
         arguments,
@@ -326,51 +321,9 @@ fn finish(
     Ok(exit_code(facts))
 }
 
-fn exit_code(facts: &RunFacts) -> ExitCode {
+pub fn exit_code(facts: &RunFacts) -> ExitCode {
     if facts.deepest_mm.is_some_and(|depth| depth > 0.0) {
         return ExitCode::from(8);
     }
     ExitCode::from(facts.outcome.code())
-}
-
-/// Removes the log of an earlier demo. Refuses to remove any other log, because a run may need it to resume.
-fn remove_of_demo(log: &Path, drawing: &str) -> Result<(), CliError> {
-    if !log.exists() {
-        return Ok(());
-    }
-    let of_demo = LogReader::open(log)
-        .is_ok_and(|reader| reader.header().simulated && reader.header().drawing == drawing);
-    if !of_demo {
-        return Err(CliError::Argument(format!(
-            "{} is not the log of a demo, so it is not overwritten. Choose another folder with --output.",
-            log.display()
-        )));
-    }
-    Ok(std::fs::remove_file(log).map_err(OUTPUT.write_error(log))?)
-}
-
-pub fn demo(output: &Path, jog_s: f64) -> Result<ExitCode, CliError> {
-    let jog_s = seconds("--jog-s", jog_s)?.as_secs_f64();
-    std::fs::create_dir_all(output).map_err(OUTPUT.write_error(output))?;
-    let machine = MachineProfile::simulated();
-    println!("1. Plan: a bracket with holes, arcs and an inside corner, 6 mm cutter.\n");
-    let plan = make(Path::new("bracket.dxf"), BRACKET, &PlanRequest::default(), &machine, LIMIT_S)?;
-    println!("{}\n", plan.summary());
-    let log = output.join("session.log");
-    remove_of_demo(&log, &plan.plan.provenance.name)?;
-    plan_file::save(&plan.plan, &output.join("bracket.plan"))?;
-    write(&output.join("plan.svg"), svg(&plan, "bracket.dxf", &RunDrawing::default()).as_bytes())?;
-    println!(
-        "2. Run on the simulated machine, at 9600 baud with 150 ms of added delay each way. The operator \
-         pushes at the wall for {jog_s:.0} s,\n   at {:.0} mm/s. Then the operator touches the part, and the \
-         program cuts the contour.\n",
-        machine.max_rate_mm_s
-    );
-    let run = SimRun { baud: 9600, latency: Duration::from_millis(150), machine, ..SimRun::default() };
-    let operator = operator::named("wall", jog_s, run.seed)?;
-    let outputs = Outputs { report: Some(output.join("report.html")), picture: Some(output.join("run.svg")) };
-    let setup = OperatorSetup { operator, screen: None, panel: Panel::default(), recovers: false };
-    let recording =
-        Recording { log: Some(&log), operator: "wall", machine: run.machine.name.clone(), simulated: true };
-    on_simulation(PreparedPlan::new(plan), &run, setup, &recording, &outputs)
 }

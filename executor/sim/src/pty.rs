@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use keepout_executor::session::Sample;
-use keepout_executor::session::port::PortError;
+use keepout_executor::session::port::{ClosedPort, PortError};
 use keepout_guard::Time;
 use serialport::{SerialPort, TTYPort};
 
@@ -27,7 +27,8 @@ impl PtyMachine {
     /// # Errors
     /// [`PortError::Open`] if the system provides no pty.
     pub fn start(machine: SimMachine) -> Result<Self, PortError> {
-        let failed = |reason: String| PortError::Open { name: "pty".into(), reason };
+        let failed =
+            |reason: String| PortError::Open { name: "pty".into(), reason, closed: ClosedPort::Other };
         let (mut host, device) = TTYPort::pair().map_err(|error| failed(error.to_string()))?;
         host.set_timeout(Duration::from_millis(1)).map_err(|error| failed(error.to_string()))?;
         let name = device.name().ok_or_else(|| failed("the pty has no name".into()))?;

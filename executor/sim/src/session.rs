@@ -5,7 +5,10 @@ use std::time::Duration;
 use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Operator;
 use keepout_executor::session::outcome::JobOutcome;
-use keepout_executor::session::port::{Port, PortError};
+#[cfg(not(unix))]
+use keepout_executor::session::port::ClosedPort;
+use keepout_executor::session::port::Port;
+use keepout_executor::session::port::PortError;
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
     Clock, EventLog, EventLogError, Going, PlaceError, RealClock, RunFacts, Sample, SampleKind, Session,
@@ -272,7 +275,12 @@ fn on_pty(
     _: &mut MonitoredSamples,
     _: &mut Watch<'_>,
 ) -> Result<(JobOutcome, f64, Supervisor), SimError> {
-    Err(PortError::Open { name: "pty".into(), reason: "this system has no ptys".into() }.into())
+    Err(PortError::Open {
+        name: "pty".into(),
+        reason: "this system has no ptys".into(),
+        closed: ClosedPort::Other,
+    }
+    .into())
 }
 
 /// Whether the tool can stand at the home position, and can reach a contour to finish from there.

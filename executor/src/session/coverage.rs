@@ -26,6 +26,22 @@ pub struct Coverage {
     pub worst_at: Mm2,
 }
 
+impl Coverage {
+    /// The comparison for two sessions that cut different contours of one profile.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let cut = |each: Self| f64::from(u32::try_from(each.reachable - each.missed).unwrap_or(u32::MAX));
+        let sum = self.mean_mm * cut(self) + other.mean_mm * cut(other);
+        let worst = if self.worst_mm >= other.worst_mm { self } else { other };
+        Self {
+            reachable: self.reachable + other.reachable,
+            missed: self.missed + other.missed,
+            mean_mm: sum / (cut(self) + cut(other)).max(1.0),
+            ..worst
+        }
+    }
+}
+
 /// Distance between two sampled points of the profile, mm.
 const STEP_MM: f64 = 0.2;
 /// Tolerance of the clearance check for the tool that touches the profile, mm.
@@ -40,7 +56,9 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
     let radius = mm(plan.plan.tool_radius.units());
     let centres = CentrePaths::new(cut, mm(plan.finishing.units()) + MISSED_MM);
     let spaces = plan.plan.finish().free_spaces();
-    let components: Vec<usize> = centres.firsts.iter().map(|&point| spaces.component_of(point)).collect();
+    // A path may begin on the loop that bounds its free space. Another of its places then lies inside.
+    let component = |places: &Vec<Point>| places.iter().map(|&place| spaces.component_of(place)).max();
+    let components: Vec<usize> = centres.places.iter().filter_map(component).collect();
     let mut result = Coverage::default();
     let mut sum = 0.0;
     let outlines = plan.plan.profile.outlines(&plan.part);
@@ -74,6 +92,8 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
 
 /// A reachable point farther than R + M and this distance from every cut was not cut, mm.
 const MISSED_MM: f64 = 0.5;
+/// Number of places of a path that tell its free space.
+const PLACES: usize = 32;
 /// Offset of the component lookup from the toolpath, mm. It exceeds the chord error of the loops in that
 /// lookup.
 const ASIDE_MM: f64 = 0.01;
@@ -133,14 +153,15 @@ struct CentrePaths {
     cell: f64,
     cells: BTreeMap<(i64, i64), Vec<usize>>,
     segments: Vec<(Mm2, Mm2)>,
-    firsts: Vec<Point>,
+    /// Some places of each path.
+    places: Vec<Vec<Point>>,
 }
 
 impl CentrePaths {
     fn new<'a>(cut: impl Iterator<Item = &'a [Point]>, cell: f64) -> Self {
-        let mut paths = Self { cell, cells: BTreeMap::new(), segments: Vec::new(), firsts: Vec::new() };
+        let mut paths = Self { cell, cells: BTreeMap::new(), segments: Vec::new(), places: Vec::new() };
         for path in cut {
-            paths.firsts.extend(path.first());
+            paths.places.push(path.iter().step_by((path.len() / PLACES).max(1)).copied().collect());
             for pair in path.windows(2) {
                 let segment = (point_mm(pair[0]), point_mm(pair[1]));
                 let index = paths.segments.len();

@@ -56,6 +56,32 @@ impl RunFacts {
         }
     }
 
+    /// The figures of this session and an earlier one of the same job.
+    #[must_use]
+    pub fn after(self, earlier: &Self) -> Self {
+        let least = |a: Option<f64>, b: Option<f64>| match (a, b) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+        let (a, b) = (self.counts, earlier.counts);
+        Self {
+            seconds: self.seconds + earlier.seconds,
+            counts: Counts {
+                jogs: a.jogs + b.jogs,
+                contour_motions: a.contour_motions + b.contour_motions,
+                cancels: a.cancels + b.cancels,
+                clipped: a.clipped + b.clipped,
+                queries: a.queries + b.queries,
+            },
+            deepest_mm: self.deepest_mm.zip(earlier.deepest_mm).map(|(a, b)| a.max(b)),
+            closest_mm: least(self.closest_mm, earlier.closest_mm),
+            closest_by_hand_mm: least(self.closest_by_hand_mm, earlier.closest_by_hand_mm),
+            coverage: [self.coverage, earlier.coverage].into_iter().flatten().reduce(Coverage::and),
+            notices: earlier.notices.iter().cloned().chain(self.notices.clone()).collect(),
+            ..self
+        }
+    }
+
     /// The rows of the table: name and value.
     #[must_use]
     pub fn rows(&self, plan: &CertifiedPlan) -> Vec<(String, String)> {

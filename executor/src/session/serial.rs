@@ -6,7 +6,7 @@ use std::time::Duration;
 use keepout_guard::Time;
 use serialport::{ClearBuffer, SerialPort};
 
-use super::port::{Port, PortError};
+use super::port::{ClosedPort, Port, PortError};
 
 /// A serial port, 8 data bits, no parity, 1 stop bit.
 pub struct Serial {
@@ -23,16 +23,19 @@ impl Serial {
         let port = serialport::new(name, baud)
             .timeout(Duration::from_millis(2))
             .open()
-            .map_err(|error| PortError::Open { name: name.into(), reason: error.to_string() })?;
+            .map_err(|error| closed(name, &error.to_string()))?;
         // Bytes in the buffer may be replies to an earlier session that was killed.
-        port.clear(ClearBuffer::Input)
-            .map_err(|error| PortError::Open { name: name.into(), reason: error.to_string() })?;
+        port.clear(ClearBuffer::Input).map_err(|error| closed(name, &error.to_string()))?;
         Ok(Self { name: name.into(), port })
     }
 
     fn lost(&self, reason: &dyn std::fmt::Display) -> PortError {
         PortError::Lost { name: self.name.clone(), reason: reason.to_string() }
     }
+}
+
+fn closed(name: &str, reason: &str) -> PortError {
+    PortError::Open { name: name.into(), reason: reason.into(), closed: ClosedPort::of(reason) }
 }
 
 /// Most retries of one write while the driver's buffer is full. Each waits for the port's timeout at most.
@@ -74,6 +77,17 @@ mod tests {
     use serialport::TTYPort;
 
     use super::*;
+
+    #[test]
+    fn busy_missing_and_forbidden_ports_have_their_own_remedies() {
+        let (_host, device) = TTYPort::pair().unwrap();
+        let name = device.name().unwrap();
+        let busy = Serial::open(&name, 115_200).err().unwrap().to_string();
+        assert!(busy.contains("Another program has it open"), "{busy}");
+        let missing = Serial::open("/dev/no-such-port", 115_200).err().unwrap().to_string();
+        assert!(missing.contains("plugged in"), "{missing}");
+        assert_eq!(ClosedPort::of("Permission denied (os error 13)"), ClosedPort::Forbidden);
+    }
 
     #[test]
     fn bytes_from_before_the_opening_are_dropped() {

@@ -11,7 +11,9 @@ use keepout_kernel::{ArcView, Curve, Length, Point, Segment, Turn, UNITS_PER_MM,
 use super::fit::{BezierFault, chain_along, on_lattice};
 use super::join::{Joiner, distance_mm};
 use super::placement::elliptic_beziers;
-use super::{Drawing, DrawingError, Origin, Problem, RawBezier, RawCurve, Repair, doubled, overlap};
+use super::{
+    Drawing, DrawingError, Origin, Problem, RawBezier, RawCurve, Repair, doubled, overlap, untangle,
+};
 use crate::profile::{Profile, ProfileEdge, ProfileLoop, SourceCurve};
 use crate::units::{length_up_from_mm, point_from_mm};
 
@@ -194,7 +196,9 @@ fn chain_within(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chaine
     joiner.drop_tiny(&mut chained.repairs);
     joiner.problems(&drawing.origins, &mut chained.problems);
     follow(&joiner, bound, &drawing.origins, &mut chained)?;
+    untangle::untangle(&mut chained, join_mm);
     doubled::drop_contours(&mut chained, join_mm);
+    doubled::drop_chains(&mut chained, join_mm);
     Ok(chained)
 }
 

@@ -8,7 +8,7 @@ use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::{CheckedIndex, Edge, build};
 use keepout_kernel::{Length, Point, Segment, Vec2};
 
-use super::{Chained, JOIN_MM, Repair};
+use super::{Chained, JOIN_MM, Problem, Repair};
 use crate::profile::{ProfileLoop, corners};
 use crate::units::length_up_from_mm;
 
@@ -59,6 +59,48 @@ pub(super) fn drop_contours(chained: &mut Chained, join_mm: f64) {
         index += 1;
         !gone[index - 1]
     });
+}
+
+/// Drops every open chain that stays within reach of the closed contours over its whole length: a side that is drawn
+/// twice, not quite in the same place. Its problems go with it. A chain that is not longer than the reach stays.
+pub(super) fn drop_chains(chained: &mut Chained, join_mm: f64) {
+    let Ok(reach) = length_up_from_mm(join_mm.clamp(0.0, JOIN_MM)) else { return };
+    let reach = reach.saturating_plus(CHORD_ERROR).saturating_plus(CHORD_ERROR);
+    if chained.open.is_empty() {
+        return;
+    }
+    let edges = chained.profile.loops.iter().flat_map(|each| {
+        let corners = corners(each.curves(), CHORD_ERROR);
+        let next: Vec<Point> = corners.iter().cycle().skip(1).take(corners.len()).copied().collect();
+        corners
+            .into_iter()
+            .zip(next)
+            .map(|(from, to)| Edge { chord: Segment { from, to }, chord_error: Length::ZERO })
+    });
+    let Ok(index) = build::build(edges.collect()) else { return };
+    let near = Near { index: &index, reach };
+    let (mut dropped, mut ends) = (Vec::new(), Vec::new());
+    for (number, chain) in chained.open.iter().enumerate() {
+        let mut points = corners(chain.curves.iter(), CHORD_ERROR);
+        points.extend(chain.curves.last().map(keepout_kernel::Curve::to));
+        let stays = points.windows(2).all(|pair| near.stays(Segment { from: pair[0], to: pair[1] }));
+        if !points.is_empty() && near.has(points.iter().copied()) && stays {
+            let length: f64 = chain.curves.iter().map(keepout_kernel::Curve::length).sum();
+            let length_mm = length / f64::from(keepout_kernel::UNITS_PER_MM);
+            chained.repairs.push(Repair::DuplicateDropped { at: points[0], length_mm });
+            ends.extend([points.first(), points.last()].into_iter().flatten().copied());
+            dropped.push(number);
+        }
+    }
+    let mut number = 0;
+    chained.open.retain(|_| {
+        number += 1;
+        !dropped.contains(&(number - 1))
+    });
+    let of_dropped = |problem: &Problem| {
+        matches!(problem, Problem::Open { .. } | Problem::Tee { .. }) && ends.contains(&problem.at())
+    };
+    chained.problems.retain(|problem| !of_dropped(problem));
 }
 
 fn box_of(each: &ProfileLoop) -> Option<Window> {

@@ -136,6 +136,7 @@ fn encoding_of(page: &[u8]) -> Option<&'static Encoding> {
 /// # Errors
 /// [`Damage`] with the place.
 pub fn read(bytes: &[u8]) -> Result<DxfFile, Damage> {
+    Damage::other_file(bytes).map_or(Ok(()), Err)?;
     let mut reader = Reader { tags: Tags::new(bytes)?, group: Vec::new(), file: DxfFile::default() };
     let mut sections = 0;
     while let Some(tag) = reader.tags.next()? {

@@ -90,7 +90,7 @@ impl EntityFilter {
         let wanted = self.line_types.iter().any(|line_type| line_type.eq_ignore_ascii_case(&name));
         let gaps = file.gaps.get(&name).copied().unwrap_or(false);
         let construction = gaps || CONSTRUCTION.iter().any(|word| name.contains(word));
-        (construction && !wanted).then(|| LeftOutReason::LineType(name))
+        (construction && !wanted).then_some(LeftOutReason::LineType(name))
     }
 }
 

@@ -20,6 +20,7 @@ mod placement;
 mod repair;
 mod spline;
 mod tags;
+mod untangle;
 
 use crate::{Box2, Mm2};
 use std::collections::BTreeMap;

@@ -35,6 +35,13 @@ pub enum Repair {
         /// Its length.
         length_mm: f64,
     },
+    /// A crossing within a contour, smaller than the joining tolerance, was removed.
+    CrossingRemoved {
+        /// The place where the contour crossed itself.
+        at: Point,
+        /// Length of the curves that were removed.
+        length_mm: f64,
+    },
     /// A line drawn there and back, which encloses no area, was left out.
     ThereAndBack {
         /// Its start.
@@ -63,6 +70,7 @@ impl Repair {
             | Self::ZeroLength { at, .. }
             | Self::DuplicateDropped { at, .. }
             | Self::ThereAndBack { at, .. }
+            | Self::CrossingRemoved { at, .. }
             | Self::OverlapMerged { at, .. } => at,
         }
     }
@@ -81,6 +89,9 @@ impl std::fmt::Display for Repair {
             }
             Self::DuplicateDropped { length_mm, .. } => {
                 write!(f, "doubled curve of {length_mm:.3} mm left out at {at}")
+            }
+            Self::CrossingRemoved { length_mm, .. } => {
+                write!(f, "crossing of {length_mm:.5} mm removed at {at}")
             }
             Self::ThereAndBack { length_mm, .. } => {
                 write!(f, "line of {length_mm:.3} mm drawn there and back left out at {at}")

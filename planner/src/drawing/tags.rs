@@ -20,9 +20,44 @@ impl std::fmt::Display for FilePlace {
     }
 }
 
+/// The first bytes of other files, their types, and the remedies.
+const OTHER_FILES: [(&[u8], &str, &str); 13] = [
+    (b"AC10", "a DWG drawing", "Save it as DXF in the CAD system"),
+    (b"%PDF", "a PDF document", "Export the drawing as DXF from the CAD system"),
+    (b"ISO-10303-21", "a STEP model", "Export a drawing of its outline as DXF"),
+    (b"<svg", "an SVG picture", "Save it as DXF, for example with Inkscape"),
+    (b"<?xml", "an XML file, such as an SVG picture", "Save it as DXF, for example with Inkscape"),
+    (b"PK\x03\x04", "a ZIP archive", "Unpack it, and give the DXF file in it"),
+    (b"\x1f\x8b", "a gzip archive", "Unpack it, and give the DXF file in it"),
+    (b"7z\xbc\xaf", "a 7-Zip archive", "Unpack it, and give the DXF file in it"),
+    (b"\x89PNG", "a PNG picture", "A picture has no contours: export the drawing as DXF"),
+    (b"\xff\xd8\xff", "a JPEG picture", "A picture has no contours: export the drawing as DXF"),
+    (b"\xff\xfe", "text in UTF-16", "Save it in UTF-8, or export it again as DXF"),
+    (b"\xfe\xff", "text in UTF-16", "Save it in UTF-8, or export it again as DXF"),
+    (b"KEEPOUT PLAN", "a plan of keepout", "Give the drawing, not its plan"),
+];
+
+impl Damage {
+    /// The type of a file that is no DXF file, by its first bytes.
+    pub(super) fn other_file(bytes: &[u8]) -> Option<Self> {
+        let begin = bytes.trim_ascii_start();
+        let other =
+            OTHER_FILES.iter().find(|(magic, ..)| bytes.starts_with(magic) || begin.starts_with(magic));
+        other.map(|&(_, found, remedy)| Self::OtherFile { found, remedy })
+    }
+}
+
 /// Faults of the bytes of a DXF file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Damage {
+    /// The file is of another type.
+    #[error("this is {found}, not a DXF file. {remedy}")]
+    OtherFile {
+        /// The type, with its article.
+        found: &'static str,
+        /// The remedy.
+        remedy: &'static str,
+    },
     /// The file has no group codes.
     #[error("it has no DXF group codes")]
     NoDxf,

@@ -4,6 +4,7 @@
 mod dxf;
 mod figures;
 mod part_and_air;
+mod repairs;
 
 use keepout_planner::inspect::{Inspection, inspect};
 use keepout_planner::plan::CertifiedPlan;
