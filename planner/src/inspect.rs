@@ -1,6 +1,6 @@
 //! The report on a drawing: layers, contours, nesting, repairs, problems.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::ops::ControlFlow;
 
 use i_overlay::core::fill_rule::FillRule;
@@ -14,7 +14,7 @@ use crate::contour::{ContourName, exact_box};
 use crate::drawing::{Chained, Drawing, EntityFilter};
 use crate::left_out::surrounds;
 use crate::nesting::Nesting;
-use crate::profile::{ProfileError, ProfileLoop};
+use crate::profile::{ProfileError, ProfileLoop, corners};
 use crate::ribbon::ribbons;
 use crate::select::{ContourPolygon, SelectError};
 use crate::size::{SizeQuestion, size};
@@ -209,11 +209,49 @@ fn inside(outline: &ContourPolygon) -> Option<Mm2> {
     Some(Mm2::new(f64::midpoint(widest[0], widest[1]), y))
 }
 
+/// Chord error of the coarse polygons that tell which contours may touch, lattice units (50 µm).
+const COARSE: i64 = 5000;
+
+/// The contours that may touch themselves or others, by coarse polygons. The exact check of all contours of a large
+/// drawing takes seconds.
+fn may_touch(loops: &[ProfileLoop]) -> BTreeSet<usize> {
+    let Ok(error) = Length::from_units(COARSE) else { return (0..loops.len()).collect() };
+    let (mut owners, mut edges) = (Vec::new(), Vec::new());
+    for (number, each) in loops.iter().enumerate() {
+        let corners = corners(each.curves(), error);
+        let next = corners.iter().cycle().skip(1);
+        for (place, (&from, &to)) in corners.iter().zip(next).enumerate() {
+            owners.push((number, place, corners.len()));
+            edges.push(Edge { chord: Segment { from, to }, chord_error: error });
+        }
+    }
+    // A contour without width, or with splines, has more faults than a contact.
+    let special = |each: &ProfileLoop| each.edges.len() < 3 && !each.is_round() || !each.sources.is_empty();
+    let mut found: BTreeSet<usize> =
+        loops.iter().enumerate().filter(|(_, each)| special(each)).map(|(number, _)| number).collect();
+    let reach = error.saturating_plus(error);
+    let Ok(index) = build::build(edges.clone()) else { return (0..loops.len()).collect() };
+    for (edge, &(number, place, count)) in edges.iter().zip(&owners) {
+        let _ = index.visit(edge.chord.bounds().grown(reach), |at, other| {
+            let Some(&(other_number, other_place, _)) = owners.get(at) else {
+                return ControlFlow::Continue(());
+            };
+            let apart = place.abs_diff(other_place);
+            let adjacent = number == other_number && (apart <= 1 || apart + 1 == count);
+            if !adjacent && !edge.chord.near_segment(other.chord, reach).is_clear() {
+                found.extend([number, other_number]);
+            }
+            ControlFlow::<()>::Continue(())
+        });
+    }
+    found
+}
+
 /// The places where contours touch or cross themselves or each other, and the degenerate contours.
 fn contacts(loops: &[ProfileLoop]) -> Vec<(Point, String)> {
     let mut found = Vec::new();
     let mut rings: Vec<Ring> = Vec::new();
-    for each in loops {
+    for each in may_touch(loops).into_iter().filter_map(|number| loops.get(number)) {
         match each.ring() {
             Ok(ring) => rings.push(ring),
             Err(error) => found.push((error.at().unwrap_or(each.edges[0].curve.from()), error.to_string())),

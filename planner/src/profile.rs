@@ -236,6 +236,14 @@ impl ProfileLoop {
         (corners.len() == 4 && self.edges.iter().all(along)).then_some(window)
     }
 
+    /// Whether the loop is two arcs around one centre: a circle.
+    pub(crate) fn is_round(&self) -> bool {
+        let [one, other] = &self.edges[..] else { return false };
+        let centre =
+            |edge: &ProfileEdge| if let Curve::Arc(arc) = &edge.curve { Some(arc.centre()) } else { None };
+        centre(one).is_some() && centre(one) == centre(other)
+    }
+
     /// Whether the loop is a line drawn there and back, which encloses no area.
     #[must_use]
     pub fn is_flat(&self) -> bool {

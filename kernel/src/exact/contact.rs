@@ -64,13 +64,16 @@ impl Bound {
 
 /// The distance from the segment to the point, rounded up and limited to the largest length.
 fn reach(segment: Segment, point: Point) -> Length {
-    let (mut low, mut high) = (-1_i64, i64::from(COORD_MAX));
+    let is_clear = |r: i64| Length::from_units(r).is_ok_and(|r| segment.near_point(point, r).is_clear());
+    // Most distances are short, so the search doubles a length until it reaches the point.
+    let (mut low, mut high) = (-1_i64, 0_i64);
+    while high < i64::from(COORD_MAX) && is_clear(high) {
+        low = high;
+        high = high.saturating_mul(2).max(1).min(i64::from(COORD_MAX));
+    }
     while high.saturating_sub(low) > 1 {
         let middle = i64::midpoint(low, high);
-        match Length::from_units(middle) {
-            Ok(r) if segment.near_point(point, r).is_clear() => low = middle,
-            _ => high = middle,
-        }
+        if is_clear(middle) { low = middle } else { high = middle }
     }
     Length::from_units(high).unwrap_or(Length::ZERO)
 }

@@ -133,12 +133,13 @@ impl Walk<'_> {
                 walked += beyond_lattice(shape, walked).max(LEAST_STEP);
                 continue;
             };
-            if let Some(step) = self.cover(place, shape, walked) {
+            // Most places are beside a loop, often beside the chord of the place before.
+            if let Some(step) = self.step_beside_loop(place, shape, walked) {
+                self.unaccounted = 0.0;
                 walked += step.max(1.0);
                 continue;
             }
-            if let Some(step) = self.step_beside_loop(place, shape, walked) {
-                self.unaccounted = 0.0;
+            if let Some(step) = self.cover(place, shape, walked) {
                 walked += step.max(1.0);
                 continue;
             }
@@ -215,17 +216,31 @@ impl Walk<'_> {
         (step > LEAST_STEP).then_some(step)
     }
 
+    /// A chord of a loop beside the place: that of the last place, the next one, or the nearest.
+    fn chord_beside(&mut self, place: Point, near: Length) -> Option<Segment> {
+        let chord = |edge: usize| {
+            let chord = self.beside.edges().get(edge)?.chord;
+            (!chord.near_point(place, near).is_clear()).then_some(chord)
+        };
+        // The loop may run along the shape in either direction.
+        let last =
+            self.loop_edge.into_iter().flat_map(|last| [last.wrapping_add(1), last, last.wrapping_sub(1)]);
+        if let Some((edge, chord)) = last.filter_map(|edge| Some((edge, chord(edge)?))).next() {
+            self.loop_edge = Some(edge);
+            return Some(chord);
+        }
+        let nearest =
+            self.beside.nearest(place, self.loop_edge.filter(|&edge| edge < self.beside.edges().len()))?;
+        self.loop_edge = Some(nearest.edge);
+        chord(nearest.edge)
+    }
+
     /// The length that the walk may skip beside a loop. It reaches to the end of the loop's chord, or less on
     /// an arc, if that place is beside the chord too: the points near a chord form a convex set. Otherwise it
     /// is one short step.
     fn step_beside_loop(&mut self, place: Point, shape: &PlaneCurve, walked: f64) -> Option<f64> {
         let near = Length::from_units(i64::from(BESIDE)).ok()?;
-        let nearest = self.beside.nearest(place, self.loop_edge)?;
-        self.loop_edge = Some(nearest.edge);
-        let chord = self.beside.edges().get(nearest.edge)?.chord;
-        if chord.near_point(place, near).is_clear() {
-            return None;
-        }
+        let chord = self.chord_beside(place, near)?;
         let length = shape.length();
         let direction = shape.direction(walked / length.max(f64::MIN_POSITIVE));
         let here = Vec2::from(place);
