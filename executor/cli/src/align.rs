@@ -9,6 +9,7 @@ use keepout_planner::plan::{CertifiedPlan, PlanError};
 use keepout_planner::request::PlanRequestError;
 
 use super::before::refuse_other_drawing;
+use super::job::Job;
 use super::plan::{refuse_same, request_of};
 use super::{AlignArguments, CliError, RunArguments, pair};
 
@@ -22,14 +23,26 @@ pub fn probe_point(text: &str) -> Result<ProbePoint, String> {
     Ok(ProbePoint { drawing_mm: pair(drawing)?, machine_mm: pair(machine)? })
 }
 
-pub fn align(arguments: &AlignArguments) -> Result<ExitCode, CliError> {
+pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
+    let job = Job::at(&given.drawing.drawing)?;
+    let mut arguments = given.clone();
+    if let Some(job) = &job {
+        arguments.drawing = job.drawing_arguments(&given.drawing);
+        arguments.side = job.file.side.unwrap_or(given.side);
+    }
+    let arguments = &arguments;
+    let own = job.as_ref().map(Job::alignment);
+    let output =
+        arguments.output.clone().or(own).ok_or_else(|| {
+            CliError::Argument("give the output file with -o, or the folder of a job".into())
+        })?;
     let path = &arguments.drawing.drawing;
     if arguments.drawing.rotate_deg.is_some() || arguments.drawing.offset_mm.is_some() {
         let reason =
             "`align` finds the rotation and the offset itself: leave out --rotate-deg and --offset-mm";
         return Err(CliError::Argument(reason.into()));
     }
-    refuse_same(&[path], &[&arguments.output])?;
+    refuse_same(&[path], &[&output])?;
     let part = part_of(arguments)?;
     let probe_points = ProbePoints {
         points: arguments.point.clone(),
@@ -41,9 +54,15 @@ pub fn align(arguments: &AlignArguments) -> Result<ExitCode, CliError> {
     let found = aligned(&part, &probe_points)?;
     let drawing = path.file_name().unwrap_or_default().to_string_lossy();
     let alignment = file_of(&found, &probe_points, &drawing);
-    alignment.save(&arguments.output)?;
+    if let Some(job) = &job {
+        job.keep_earlier(&output)?;
+    }
+    alignment.save(&output)?;
     println!("{}", summary(&found, &probe_points));
-    println!("written      {}", arguments.output.display());
+    println!("written      {}", output.display());
+    if let Some(job) = job.filter(|_| found.turned) {
+        println!("next         keepout plan {}: the plan turns with the part", job.folder.display());
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -8,6 +8,7 @@ use keepout_planner::align::{PROBE_ERROR_MM, ProbePoint, TOLERANCE_MM};
 use keepout_planner::plan::{Cut, FEEDS_MM_MIN, PassParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::select::Stroke;
+use serde::Deserialize;
 
 use crate::resume::Recut;
 use crate::values::{length, pair, pass, time};
@@ -29,6 +30,14 @@ const EXIT_CODES: &str = "Exit codes: 0 done · 2 wrong arguments · 3 the drawi
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum CliCommand {
+    /// Make a job, a folder, of a drawing. Every later command takes the folder.
+    New(crate::job::NewArguments),
+    /// Store machines under names.
+    #[command(subcommand)]
+    Machine(crate::store::MachineCommand),
+    /// Store tools under names.
+    #[command(subcommand)]
+    Tool(crate::store::ToolCommand),
     /// List the layers, contours, repairs and problems of a DXF drawing, and draw them.
     Inspect(InspectArguments),
     /// Find how the workpiece lies on the machine, from probe points or probed edges.
@@ -39,13 +48,15 @@ pub(crate) enum CliCommand {
     Show(ShowArguments),
     /// Prove a plan again, from the plan file alone.
     Verify {
-        /// The plan.
+        /// The plan, or the folder of a job.
         plan: PathBuf,
         #[command(flatten)]
         time: CertifyTime,
     },
     /// Jog the machine around the part by hand, then let it cut the contour.
     Run(RunArguments),
+    /// Continue with the remaining contours of the last run of a job.
+    Resume(RunArguments),
     /// Replay the log of a run: certify every sent command again, and draw the run.
     Replay(crate::replay::ReplayArguments),
     /// Make the page that is kept with the part, from the log of its run.
@@ -87,7 +98,8 @@ pub(crate) enum CliCommand {
     },
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum SideArgument {
     /// The tool works outside the contour; the part is inside it.
     Outside,
@@ -104,7 +116,8 @@ impl From<SideArgument> for MachinedSide {
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum CutArgument {
     /// Part on the left of the path. The cutter does not pull itself into the part when a drive has backlash.
     Conventional,
@@ -122,7 +135,8 @@ impl From<CutArgument> for Cut {
 }
 
 /// The contour of an outline that is drawn as a stroke with width.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum StrokeArgument {
     /// The outer boundary of the ink.
     Outer,
@@ -152,9 +166,9 @@ pub(crate) enum Extra {
 }
 
 /// Choice of the entities of a drawing.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct DrawingArguments {
-    /// The drawing: a DXF file, ASCII or binary.
+    /// The drawing: a DXF file, ASCII or binary; or the folder of a job.
     pub(crate) drawing: PathBuf,
     /// Use only these layers of the drawing. Can be repeated.
     #[arg(long, value_name = "NAME")]
@@ -205,7 +219,7 @@ pub(crate) struct CertifyTime {
     pub(crate) certify_limit_s: f64,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct InspectArguments {
     #[command(flatten)]
     pub(crate) drawing: DrawingArguments,
@@ -217,7 +231,7 @@ pub(crate) struct InspectArguments {
     pub(crate) json: bool,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct AlignArguments {
     #[command(flatten)]
     pub(crate) drawing: DrawingArguments,
@@ -243,12 +257,12 @@ pub(crate) struct AlignArguments {
     /// Largest accepted difference between drawing and machine, mm.
     #[arg(long, value_name = "MM", default_value_t = TOLERANCE_MM, value_parser = length)]
     pub(crate) tolerance_mm: f64,
-    /// Output file of the alignment, TOML.
+    /// Output file of the alignment, TOML. A job has its own place.
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: Option<PathBuf>,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct PlanArguments {
     #[command(flatten)]
     pub(crate) drawing: DrawingArguments,
@@ -257,13 +271,13 @@ pub(crate) struct PlanArguments {
     pub(crate) alignment: Option<PathBuf>,
     /// Diameter of the cutter: mm, or with a unit, such as 1/4in.
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
-    pub(crate) tool_diameter: f64,
-    /// Machined side of the contour.
-    #[arg(long, value_enum, default_value = "outside")]
-    pub(crate) side: SideArgument,
-    /// Stock to leave: the stock that jogging leaves for the finishing cut, mm.
-    #[arg(long, value_name = "MM", default_value_t = 0.2, value_parser = length, allow_hyphen_values = true)]
-    pub(crate) stock_to_leave_mm: f64,
+    pub(crate) tool_diameter: Option<f64>,
+    /// Machined side of the contour. Without it: outside.
+    #[arg(long, value_enum)]
+    pub(crate) side: Option<SideArgument>,
+    /// Stock to leave: the stock that jogging leaves for the finishing cut, mm. Without it: 0.2.
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
+    pub(crate) stock_to_leave_mm: Option<f64>,
     /// Total margin for the machine's errors, mm. Without it, the figures of the machine profile give the
     /// margin.
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
@@ -294,29 +308,32 @@ pub(crate) struct PlanArguments {
     /// for a double pass, such as --pass 0.1:900 --pass 0:600. Without it, one pass cuts the contour itself.
     #[arg(long, value_name = "MM[:F]", value_parser = pass)]
     pub(crate) pass: Vec<PassParameters>,
-    /// Cutting direction, for a cutter that turns clockwise seen from above.
-    #[arg(long, value_enum, default_value = "conventional")]
-    pub(crate) cut: CutArgument,
-    /// Machine profile, a TOML file. Without it, the plan uses the figures of the simulated machine.
+    /// Cutting direction, for a cutter that turns clockwise seen from above. Without it: conventional.
+    #[arg(long, value_enum)]
+    pub(crate) cut: Option<CutArgument>,
+    /// A stored machine; see `keepout machine`.
+    #[arg(long, value_name = "NAME", conflicts_with = "machine_profile")]
+    pub(crate) machine: Option<String>,
+    /// Machine profile, a TOML file. Without a machine, the plan uses the figures of the simulated machine.
     #[arg(long, value_name = "FILE")]
     pub(crate) machine_profile: Option<PathBuf>,
-    /// Output file of the plan.
+    /// Output file of the plan. A job has its own place.
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: Option<PathBuf>,
     /// Replace a plan file that exists. Logs of the earlier plan then have no plan any more.
     #[arg(long)]
     pub(crate) overwrite: bool,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ShowArguments {
-    /// The plan.
+    /// The plan, or the folder of a job.
     pub(crate) plan: PathBuf,
     #[command(flatten)]
     pub(crate) time: CertifyTime,
-    /// Output file of the picture, SVG.
+    /// Output file of the picture, SVG. A job has its own place.
     #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -329,8 +346,11 @@ pub(crate) enum MachineArgument {
 
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArguments {
-    /// The plan.
+    /// The plan, or the folder of a job.
     pub(crate) plan: PathBuf,
+    /// Rows of the report's title block, from a job.
+    #[arg(skip)]
+    pub(crate) title: Vec<(String, String)>,
     #[command(flatten)]
     pub(crate) time: CertifyTime,
     /// Feed drives of the simulated machine: a profile of `drives budget`, or `none`. With `none` the tool
@@ -341,7 +361,7 @@ pub(crate) struct RunArguments {
     #[arg(long, value_enum, default_value = "sim", conflicts_with = "port")]
     pub(crate) machine: MachineArgument,
     /// The serial port of a real machine, such as /dev/ttyUSB0.
-    #[arg(long, value_name = "DEVICE", requires = "place")]
+    #[arg(long, value_name = "DEVICE")]
     pub(crate) port: Option<String>,
     /// Dialect of the controller: grbl, grblhal, zaber, venus, or a file that describes another dialect.
     #[arg(long, value_name = "DIALECT", default_value = "grbl")]

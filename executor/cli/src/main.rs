@@ -13,6 +13,7 @@ mod drives;
 mod error;
 mod examine;
 mod input;
+mod job;
 mod operator_setup;
 mod plan;
 mod replay;
@@ -23,6 +24,7 @@ mod screen;
 mod shell;
 #[cfg(unix)]
 mod simulate;
+mod store;
 mod values;
 mod view;
 
@@ -39,12 +41,16 @@ use values::pair;
 /// Runs the command.
 fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
     match arguments.command {
+        CliCommand::New(arguments) => job::new(&arguments),
+        CliCommand::Machine(command) => store::machine(&command),
+        CliCommand::Tool(command) => store::tool(&command),
         CliCommand::Inspect(arguments) => plan::inspect(&arguments),
         CliCommand::Align(arguments) => align::align(&arguments),
         CliCommand::Plan(arguments) => plan::plan(&arguments),
         CliCommand::Show(arguments) => plan::show(&arguments),
         CliCommand::Verify { plan, time } => plan::verify(&plan, time),
         CliCommand::Run(arguments) => run::run(&arguments),
+        CliCommand::Resume(arguments) => run::resume(&arguments),
         CliCommand::Replay(arguments) => replay::replay(&arguments),
         CliCommand::Report(arguments) => report::report(&arguments),
         CliCommand::Doctor(arguments) => doctor::doctor(&arguments),

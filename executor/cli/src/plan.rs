@@ -13,13 +13,16 @@ use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::file::OUTPUT;
 use keepout_planner::inspect::inspect as look_at;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::{CertifiedPlan, PlanParameters};
+use keepout_planner::plan::{CertifiedPlan, Cut, PlanParameters};
+use keepout_planner::profile::MachinedSide;
 use keepout_planner::report::{RunDrawing, inspection_svg, svg};
 use keepout_planner::request::{PlanRequest, PlanRequestError, Stage};
 use keepout_planner::select::Selection;
 use keepout_planner::{plan_file, sha256};
 
+use super::job::Job;
 use super::shell::print_lines;
+use super::store::StoredMachine;
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
 /// Default time limit for a drawing or a plan, s.
@@ -112,7 +115,13 @@ pub fn request_of(arguments: &DrawingArguments) -> Result<PlanRequest, CliError>
     Ok(request)
 }
 
-pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
+pub fn inspect(given: &InspectArguments) -> Result<ExitCode, CliError> {
+    let mut arguments = given.clone();
+    if let Some(job) = Job::at(&given.drawing.drawing)? {
+        arguments.drawing = job.drawing_arguments(&given.drawing);
+        arguments.output.get_or_insert_with(|| job.path("drawing.svg"));
+    }
+    let arguments = &arguments;
     let path = &arguments.drawing.drawing;
     let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
     let request = request_of(&arguments.drawing)?;
@@ -143,17 +152,26 @@ pub fn inspect(arguments: &InspectArguments) -> Result<ExitCode, CliError> {
     Ok(if found.problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 
-pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
+pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
+    let job = Job::at(&given_arguments.drawing.drawing)?;
+    let arguments = &match &job {
+        Some(job) => job.plan_arguments(given_arguments)?,
+        None => given_arguments.clone(),
+    };
     let path = &arguments.drawing.drawing;
-    let machine = match &arguments.machine_profile {
-        Some(path) => MachineProfile::load(path)?,
-        None => MachineProfile::simulated(),
+    let missing = |what: &str| CliError::Argument(format!("give {what}, or the folder of a job"));
+    let output = arguments.output.as_ref().ok_or_else(|| missing("the output file with -o"))?;
+    let tool_diameter_mm = arguments.tool_diameter.ok_or_else(|| missing("--tool-diameter"))?;
+    let machine = match (&arguments.machine_profile, &arguments.machine) {
+        (Some(path), _) => MachineProfile::load(path)?,
+        (None, Some(name)) => StoredMachine::named(name)?.profile,
+        (None, None) => MachineProfile::simulated(),
     };
     let inputs = [Some(path), arguments.machine_profile.as_ref(), arguments.alignment.as_ref()];
-    refuse_same(&given(&inputs), &[&arguments.output])?;
-    if !(0.0..=1000.0).contains(&arguments.stock_to_leave_mm) {
-        let reason =
-            format!("--stock-to-leave-mm {} must be between 0 and 1000", arguments.stock_to_leave_mm);
+    refuse_same(&given(&inputs), &[output])?;
+    let stock_to_leave_mm = arguments.stock_to_leave_mm.unwrap_or(0.2);
+    if !(0.0..=1000.0).contains(&stock_to_leave_mm) {
+        let reason = format!("--stock-to-leave-mm {stock_to_leave_mm} must be between 0 and 1000");
         return Err(CliError::Argument(reason));
     }
     let mut request = request_of(&arguments.drawing)?;
@@ -170,17 +188,22 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     request.keep_out_layers.clone_from(&arguments.keep_out_layer);
     request.travel_layer.clone_from(&arguments.travel_layer);
     request.job = PlanParameters {
-        tool_diameter_mm: arguments.tool_diameter,
-        stock_to_leave_mm: arguments.stock_to_leave_mm,
-        side: arguments.side.into(),
+        tool_diameter_mm,
+        stock_to_leave_mm,
+        side: arguments.side.map_or(MachinedSide::Outside, Into::into),
         margin_mm: arguments.margin_mm,
         passes: arguments.pass.clone(),
-        cut: arguments.cut.into(),
+        cut: arguments.cut.map_or(Cut::default(), Into::into),
     };
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let certified = make(path, &bytes, &request, &machine, arguments.drawing.limit_s)?;
-    let replaced = refuse_to_replace(&certified, &arguments.output, arguments.overwrite)?;
-    plan_file::save(&certified.plan, &arguments.output)?;
+    let replaced = match &job {
+        // Logs of an earlier plan need it, so a job keeps it under another name.
+        Some(job) if !is_in(&certified, output) => job.keep_earlier(output).map(|()| false)?,
+        Some(_) => false,
+        None => refuse_to_replace(&certified, output, arguments.overwrite)?,
+    };
+    plan_file::save(&certified.plan, output)?;
     print_lines(&certified.summary());
     if let Some(question) = travel_question(&certified, &machine) {
         print_lines(&question);
@@ -188,15 +211,25 @@ pub fn plan(arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     if replaced {
         println!("replaced     the earlier plan. Logs of that plan cannot be replayed or resumed any more.");
     }
-    println!("written      {}", arguments.output.display());
+    println!("written      {}", output.display());
+    if let Some(job) = &job {
+        let picture = job.path("plan.svg");
+        write(&picture, svg(&certified, &certified.plan.provenance.name, &RunDrawing::default()).as_bytes())?;
+        println!("written      {}", picture.display());
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether the file holds this plan.
+fn is_in(plan: &CertifiedPlan, path: &Path) -> bool {
+    let encoded = plan_file::encode(&plan.plan);
+    std::fs::read(path).is_ok_and(|earlier| encoded.is_ok_and(|bytes| bytes == earlier))
 }
 
 /// Refuses to replace a plan file with another plan, because logs of the earlier plan need it. Returns whether one is
 /// replaced.
 fn refuse_to_replace(plan: &CertifiedPlan, path: &Path, overwrite: bool) -> Result<bool, CliError> {
-    let Ok(earlier) = std::fs::read(path) else { return Ok(false) };
-    if plan_file::encode(&plan.plan).is_ok_and(|bytes| bytes == earlier) {
+    if !path.exists() || is_in(plan, path) {
         return Ok(false);
     }
     if overwrite {
@@ -263,18 +296,30 @@ pub fn load(path: &Path, time: CertifyTime) -> Result<CertifiedPlan, CliError> {
     plan.certify().map_err(|source| CliError::NotCertified { path: path.to_path_buf(), source })
 }
 
+/// The plan file at a path, or of the job there.
+pub fn plan_path(path: &Path) -> Result<PathBuf, CliError> {
+    Ok(Job::at(path)?.map_or_else(|| path.to_path_buf(), |job| job.plan()))
+}
+
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
-    check_ending(&arguments.output, "svg")?;
-    refuse_same(&[&arguments.plan], &[&arguments.output])?;
-    let certified = load(&arguments.plan, arguments.time)?;
+    let job = Job::at(&arguments.plan)?;
+    let own = job.as_ref().map(|job| job.path("plan.svg"));
+    let output =
+        arguments.output.clone().or(own).ok_or_else(|| {
+            CliError::Argument("give the output file with -o, or the folder of a job".into())
+        })?;
+    let plan = plan_path(&arguments.plan)?;
+    check_ending(&output, "svg")?;
+    refuse_same(&[&plan], &[&output])?;
+    let certified = load(&plan, arguments.time)?;
     let picture = svg(&certified, &certified.plan.provenance.name, &RunDrawing::default());
-    write(&arguments.output, picture.as_bytes())?;
-    println!("written      {}", arguments.output.display());
+    write(&output, picture.as_bytes())?;
+    println!("written      {}", output.display());
     Ok(ExitCode::SUCCESS)
 }
 
 pub fn verify(path: &Path, time: CertifyTime) -> Result<ExitCode, CliError> {
-    let certified = load(path, time)?;
+    let certified = load(&plan_path(path)?, time)?;
     print_lines(&certified.summary());
     println!("drawing hash {}", sha256::hex(&certified.plan.provenance.hash));
     println!("{}", certified.proved());

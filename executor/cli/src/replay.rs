@@ -131,6 +131,17 @@ pub fn open(path: &Path) -> Result<LogReader<impl BufRead + use<>>, CliError> {
 /// Searches the log's folder for the plan with the log's hash.
 fn find_plan(log: &Path, header: &Header) -> Result<PathBuf, CliError> {
     let folder = log.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    // The logs of a job are in a folder below its plans.
+    let job = folder.parent().filter(|job| job.join("job.toml").is_file());
+    find_plan_of(log, header, job.unwrap_or(folder))
+}
+
+/// The plan of a log, among the plans in a folder.
+pub fn find_plan_in(log: &Path, folder: &Path) -> Result<PathBuf, CliError> {
+    find_plan_of(log, open(log)?.header(), folder)
+}
+
+fn find_plan_of(log: &Path, header: &Header, folder: &Path) -> Result<PathBuf, CliError> {
     let files = std::fs::read_dir(folder).map(|entries| entries.flatten().map(|entry| entry.path()));
     let mut seen = 0;
     for path in files.into_iter().flatten().filter(|path| path.extension().is_some_and(|end| end == "plan")) {

@@ -10,7 +10,7 @@ use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::session::log::{Header, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, html, picture_of_run,
+    EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, picture_of_run,
     place_on_table,
 };
 use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
@@ -26,12 +26,44 @@ use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 use super::align::placed;
 use super::before::{OperatorName, Page, check_output, default_log, refuse_margin_of_simulation};
 use super::display::Display;
+use super::job::Job;
 use super::operator_setup::{OperatorSetup, set_up};
 use super::plan::{given, load, refuse_same, write};
 use super::resume::{fits, progress_of};
 use super::{CliError, MachineArgument, RunArguments};
 
-pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
+pub fn run(given: &RunArguments) -> Result<ExitCode, CliError> {
+    match Job::at(&given.plan)? {
+        None => run_plan(given),
+        Some(job) => in_job(&job, given),
+    }
+}
+
+/// Continues the last run of a job.
+pub fn resume(given: &RunArguments) -> Result<ExitCode, CliError> {
+    let Some(job) = Job::at(&given.plan)? else {
+        let reason = format!(
+            "{} is no folder of a job. `keepout run PLAN --resume LOG` takes files.",
+            given.plan.display()
+        );
+        return Err(CliError::Argument(reason));
+    };
+    let resume = given.resume.clone().map_or_else(|| job.last_log(), Ok)?;
+    in_job(&job, &RunArguments { resume: Some(resume), ..given.clone() })
+}
+
+/// Runs a job, and makes its report.
+fn in_job(job: &Job, given: &RunArguments) -> Result<ExitCode, CliError> {
+    let arguments = job.run_arguments(given)?;
+    let code = run_plan(&arguments)?;
+    let ran = arguments.log.as_ref().is_some_and(|log| log.exists());
+    if ran {
+        super::report::of_job(job, arguments.time)?;
+    }
+    Ok(code)
+}
+
+fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let operator = OperatorName::of(arguments)?;
     let inputs = [Some(&arguments.plan), arguments.resume.as_ref(), arguments.alignment.as_ref()];
     let named = [&arguments.dialect, &arguments.drives, &operator.name];
@@ -48,7 +80,22 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let arguments = &placed(arguments, &plan)?;
     let limit = limit(arguments.limit_s, operator.by_hand)?;
     let jog = seconds("--jog-s", arguments.jog_s)?;
-    let outputs = Outputs { report: arguments.report.clone(), picture: arguments.picture.clone() };
+    let began = rfc_3339(SystemTime::now());
+    // A run at a port always keeps its log. The report is made from the log.
+    let keeps_log = arguments.port.is_some() || arguments.report.is_some();
+    let log = arguments.log.clone().or_else(|| keeps_log.then(|| default_log(&arguments.plan, &began)));
+    log.as_ref().map_or(Ok(()), |log| check_output(log, None))?;
+    let outputs = Outputs {
+        report: arguments.report.clone(),
+        picture: arguments.picture.clone(),
+        log,
+        title: arguments.title.clone(),
+    };
+    if arguments.port.is_some() && arguments.origin_mm.is_none() {
+        let reason =
+            "a real machine needs the drawing's origin: --alignment, --origin-mm, or `keepout align JOB`";
+        return Err(CliError::Argument(reason.into()));
+    }
     if arguments.port.is_some() && !arguments.home && !arguments.homed {
         let reason = "a real machine needs --home (tool raised), or --homed if it was homed since power-up";
         return Err(CliError::Argument(reason.into()));
@@ -79,7 +126,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, CliError> {
                 eprintln!("note: {note}");
             }
             let machine = run.machine.name.clone();
-            let (log, operator) = (arguments.log.as_deref(), operator.name.as_str());
+            let (log, operator) = (outputs.log.as_deref(), operator.name.as_str());
             on_simulation(work, &run, setup, &Recording { log, operator, machine, simulated: true }, &outputs)
         }
     }
@@ -169,6 +216,9 @@ fn note_of_drives(plan: &CertifiedPlan, run: &SimRun) -> Option<String> {
 struct Outputs {
     report: Option<PathBuf>,
     picture: Option<PathBuf>,
+    log: Option<PathBuf>,
+    /// Rows of the report's title block.
+    title: Vec<(String, String)>,
 }
 
 /// The dialect of the arguments.
@@ -217,7 +267,7 @@ fn on_simulation(
         Going::On
     })?;
     display.finish();
-    finish(&result.work.plan, &result.facts, &result.samples, outputs)
+    finish(&result.work, &result.facts, &result.samples, outputs)
 }
 
 fn on_port(
@@ -232,9 +282,7 @@ fn on_port(
     let machine = work.plan.plan.machine.clone();
     let dialect_name = dialect_name(arguments)?;
     let place = place_on_table(&work.plan, &machine, arguments.origin_mm)?;
-    let began = rfc_3339(SystemTime::now());
-    let log = arguments.log.clone().unwrap_or_else(|| default_log(&arguments.plan, &began));
-    check_output(&log, None)?;
+    let log = outputs.log.as_deref();
     let page = Page {
         plan: &work.plan,
         arguments,
@@ -242,7 +290,7 @@ fn on_port(
         port: name,
         place: &place,
         progress: &progress,
-        log: Some(&log),
+        log,
     };
     let port = Serial::open(name, arguments.baud)?;
     page.confirm()?;
@@ -258,12 +306,8 @@ fn on_port(
     let config = DialectConfig::of(&machine, place.offset);
     let session_setup = SessionSetup { work, options, dialect: dialect_name, config };
     let on = format!("{} on {name}, {} baud", machine.name, arguments.baud);
-    let recording = Recording {
-        log: Some(&log),
-        operator: &operator.name,
-        machine: on.clone(),
-        simulated: arguments.simulate,
-    };
+    let recording =
+        Recording { log, operator: &operator.name, machine: on.clone(), simulated: arguments.simulate };
     let event_log = recording.event_log(&session_setup)?;
     let mut session = session_setup.session(port, setup.operator, event_log);
     if setup.recovers {
@@ -287,8 +331,7 @@ fn on_port(
         setting: format!("{on}; positions as reported"),
         ..RunFacts::of(&supervisor, outcome, last.elapsed().as_secs_f64())
     };
-    println!("{:<36} {}", "log", log.display());
-    finish(supervisor.plan(), &facts, &samples, outputs)
+    finish(supervisor.work(), &facts, &samples, outputs)
 }
 
 /// The sample of the tool's last reported position.
@@ -300,11 +343,12 @@ fn reported(supervisor: &Supervisor, at: Time) -> Option<Sample> {
 
 /// Prints the summary, writes the output files, and returns the exit code.
 fn finish(
-    plan: &CertifiedPlan,
+    work: &PreparedPlan,
     facts: &RunFacts,
     samples: &[Sample],
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
+    let plan = &work.plan;
     for (name, value) in facts.rows(plan) {
         println!("{name:<36} {value}");
     }
@@ -315,8 +359,11 @@ fn finish(
         println!("{:<36} {}", "picture", path.display());
     }
     if let Some(path) = &outputs.report {
-        write(path, html(plan, facts, &picture).as_bytes())?;
-        println!("{:<36} {}", "report", path.display());
+        let log = outputs.log.as_deref().unwrap_or(path);
+        super::report::of_log(log, work.clone(), path, &outputs.title)?;
+    }
+    if let Some(log) = &outputs.log {
+        println!("{:<36} {}", "log", log.display());
     }
     Ok(exit_code(facts))
 }

@@ -26,6 +26,10 @@ pub struct Inspected {
     pub report_digit_mm: Option<f64>,
     /// Speed and acceleration of the slower axis.
     pub limits: Limits,
+    /// Travel of x and y, mm.
+    pub travel_mm: Option<[f64; 2]>,
+    /// Identity of the firmware.
+    pub firmware: Option<String>,
 }
 
 /// One inspected property of a controller.

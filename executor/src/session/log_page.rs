@@ -6,15 +6,15 @@ use std::time::Duration;
 use keepout_guard::Time;
 use keepout_kernel::{Point, Segment};
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::report::element::Element;
-use keepout_planner::report::html::{page, table};
+use keepout_planner::report::html::JobPage;
 use keepout_planner::report::{RunDrawing, Spot, SpotKind, Trace, TraceKind, svg};
 use keepout_planner::sha256::hex;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
 
 use super::log::Header;
+use super::outcome::contour_rows;
 use super::replay::{PhaseTimes, Replay, TimelineEntry};
-use super::report::{count_rows, traces};
+use super::report::{count_rows, part_rows, traces};
 use crate::session::{Sample, SampleKind};
 
 /// The picture of a run from its log, with contact starts and stops. It shows jogging from one reported
@@ -61,38 +61,49 @@ fn traces_by_hand(plan: &CertifiedPlan, samples: &[Sample]) -> Vec<Trace> {
     stretches.flat_map(traces).filter(|trace| trace.kind == TraceKind::Manual).collect()
 }
 
-/// The page: table, picture, timeline and plan. `file` names the log.
+/// The page: title block, picture, contours, then the proof with timeline and plan. `head`: the title block's rows.
+/// `file` names the log.
 #[must_use]
-pub fn page_of_log(header: &Header, replay: &Replay, file: &str, checksum: u32) -> String {
+pub fn page_of_log(
+    header: &Header,
+    replay: &Replay,
+    head: &[(String, String)],
+    file: &str,
+    checksum: u32,
+) -> String {
     let plan = replay.supervisor.plan();
-    let mut rows = job_rows(header, plan);
-    rows.extend(run_rows(header, replay));
-    rows.extend(proof_rows(replay, file, checksum));
-    let further = [
-        Element::new("h2").text("What happened"),
-        table(happenings(replay)),
-        Element::new("h2").text("The plan"),
-        Element::new("pre").text(plan.summary()),
-    ];
-    let title = format!("Keepout: {}, {}", header.drawing, header.began);
-    page(&title, rows, &picture_of_log(header, replay), &further)
+    let outcome = replay.outcome();
+    let mut facts = part_rows(plan);
+    facts.extend(time_rows(header, replay));
+    let mut proof = job_rows(header, plan);
+    proof.extend(run_rows(replay));
+    proof.extend(proof_rows(replay, file, checksum));
+    JobPage {
+        title: format!("{}, {}", header.drawing, header.began),
+        outcome: outcome.to_string(),
+        is_complete: outcome.is_complete(),
+        head: head.to_vec(),
+        facts,
+        contours: contour_rows(plan, &replay.supervisor.progress()),
+        picture: picture_of_log(header, replay),
+        proof,
+        timeline: happenings(replay).collect(),
+        plan: plan.summary(),
+    }
+    .html()
 }
 
 fn row(name: &str, value: impl Into<String>) -> (String, String) {
     (name.into(), value.into())
 }
 
-/// The rows about the job: part, plan, tool and machine.
+/// The rows about plan and machine.
 fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
     let budget = &plan.plan.budget;
     vec![
-        row("drawing", &header.drawing),
         row("drawing SHA-256", hex(&plan.plan.provenance.hash)),
         row("plan SHA-256", &header.plan),
-        row("tool", format!("{:.3} mm diameter", 2.0 * mm(plan.plan.tool_radius.units()))),
-        row("stock to leave", format!("{:.3} mm", mm(plan.plan.stock_to_leave.units()))),
         row("margin M", format!("{:.5} mm", budget.total().map_or(f64::NAN, |m| mm(m.units())))),
-        row("machine", &header.setting),
         row("dialect", &header.dialect),
         row(
             "drawing's origin on the machine",
@@ -102,27 +113,34 @@ fn job_rows(header: &Header, plan: &CertifiedPlan) -> Vec<(String, String)> {
     ]
 }
 
-/// The rows about the run: times, contours, commands.
-fn run_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
+/// The rows about feed, machine and times.
+fn time_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
     let PhaseTimes { starting, by_hand, touching, contouring, held, stopped } = replay.timeline.spent;
-    let supervisor = &replay.supervisor;
+    let earlier = header.progress.finished.len();
+    let mut rows = vec![
+        row("feed", format!("{} mm/min", header.feed_mm_min)),
+        row("machine", &header.setting),
+        row("began", &header.began),
+        row("jogging", span(by_hand)),
+        row("contouring", span(contouring)),
+        row("other time", span(starting + touching + held + stopped)),
+    ];
+    if earlier > 0 {
+        rows.push(row("earlier sessions", format!("{earlier} finishing loops were cut before")));
+    }
+    rows
+}
+
+/// The rows about the run: approach, commands.
+fn run_rows(replay: &Replay) -> Vec<(String, String)> {
     let closest = replay.timeline.closest_mm().map_or("no position was reported".into(), |(mm, at)| {
         format!("{mm:.4} mm at {}, of the positions that the controller reported", clock(at))
     });
     let mut rows = vec![
-        row("began", &header.began),
         row("time span", format!("{} after it began", clock(replay.counted.ended))),
-        row("outcome", replay.outcome().to_string()),
-        row("starting, homing", span(starting)),
-        row("jogging", span(by_hand)),
-        row("contact, planning the contour", span(touching)),
-        row("contouring", span(contouring)),
-        row("feed hold", span(held)),
-        row("stopped, ending", span(stopped)),
-        row("rest material after the whole plan", supervisor.plan().plan.finish().residual()),
         row("closest approach of tool and part", closest),
     ];
-    rows.extend(count_rows(&supervisor.counts()));
+    rows.extend(count_rows(&replay.supervisor.counts()));
     rows
 }
 

@@ -4,6 +4,7 @@ use std::fmt;
 
 use keepout_planner::contour::ContourRole;
 use keepout_planner::job::{LoopNumber, Progress};
+use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::planned::PlannedContour;
 
 use crate::supervisor::{Phase, Supervisor};
@@ -123,6 +124,37 @@ fn why(contour: &PlannedContour, progress: &Progress, unreached: &[LoopNumber]) 
     }
 }
 
+/// The contours of the plan for a table: name, place and length, fate.
+#[must_use]
+pub fn contour_rows(plan: &CertifiedPlan, progress: &Progress) -> Vec<[String; 3]> {
+    let row = |contour: &PlannedContour| {
+        let cut = contour.loops.iter().filter(|each| progress.has_finished(**each)).count();
+        let in_part =
+            contour.loops.iter().any(|each| progress.partial.iter().any(|partial| partial.number == *each));
+        let fate = match (contour.loops.len(), cut) {
+            (0, _) => "NOT CUT: the tool does not fit".into(),
+            (all, cut) if all == cut && contour.reach.is_whole() => "cut".into(),
+            (all, cut) if all == cut => {
+                format!("cut, but for {:.3} mm beside rest material", contour.reach.left_mm)
+            }
+            (_, 0) if !in_part => "NOT CUT".into(),
+            _ => "CUT IN PART".to_string(),
+        };
+        let name = &contour.name;
+        let place =
+            format!("at ({:.3}, {:.3}), {:.3} mm", name.middle_mm.x, name.middle_mm.y, name.length_mm);
+        [name.short(), place, fate]
+    };
+    let mut rows: Vec<[String; 3]> = plan.contours().iter().take(ROWS).map(row).collect();
+    if plan.contours().len() > ROWS {
+        let more = plan.contours().len() - ROWS;
+        rows.push([format!("… and {more} more"), String::new(), "see the outcome above".into()]);
+    }
+    rows
+}
+
+/// Largest number of contours of a table.
+const ROWS: usize = 200;
 /// Largest number of contours that a text lists.
 const LISTED: usize = 8;
 

@@ -1,15 +1,16 @@
 //! The page and the picture of a run, from the session itself.
 
+use keepout_planner::contour::short;
 use keepout_planner::job::Progress;
-use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::report::element::Element;
-use keepout_planner::report::html::page;
+use keepout_planner::plan::{CertifiedPlan, Cut};
+use keepout_planner::report::html::JobPage;
 use keepout_planner::report::{RunDrawing, Trace, TraceKind, svg};
 use keepout_planner::sha256::hex;
+use keepout_planner::size::size;
 use keepout_planner::units::mm;
 
 use super::coverage::Coverage;
-use super::outcome::JobOutcome;
+use super::outcome::{JobOutcome, contour_rows};
 use crate::session::{Sample, SampleKind};
 use crate::supervisor::{Counts, Supervisor};
 
@@ -172,13 +173,39 @@ pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
     traces
 }
 
-/// A self-contained page: picture and table.
+/// A self-contained page of a run, from the session itself.
 #[must_use]
 pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
-    let further = [
-        Element::new("h2").text("The plan"),
-        Element::new("pre").text(plan.summary()),
-        Element::new("p").text(format_args!("drawing SHA-256 {}", hex(&plan.plan.provenance.hash))),
-    ];
-    page(&format!("Keepout: {}", plan.plan.provenance.name), facts.rows(plan), picture, &further)
+    let mut proof = facts.rows(plan);
+    proof.push(("drawing SHA-256".into(), hex(&plan.plan.provenance.hash)));
+    JobPage {
+        title: plan.plan.provenance.name.clone(),
+        outcome: facts.outcome.to_string(),
+        is_complete: facts.outcome.is_complete(),
+        facts: part_rows(plan),
+        contours: contour_rows(plan, &facts.progress),
+        picture: picture.into(),
+        proof,
+        plan: plan.summary(),
+        ..JobPage::default()
+    }
+    .html()
+}
+
+/// The rows about part and tool.
+pub(super) fn part_rows(plan: &CertifiedPlan) -> Vec<(String, String)> {
+    let row = |name: &str, value: String| (name.to_string(), value);
+    let made = &plan.plan;
+    let direction = match made.cut {
+        Cut::Conventional => "conventional",
+        Cut::Climb => "climb",
+    };
+    vec![
+        row("drawing", made.provenance.name.clone()),
+        row("size", format!("{} mm, {}", size(plan.profile_size_mm()), plan.side_words())),
+        row("unit", made.provenance.unit.clone()),
+        row("tool", format!("Ø {} mm, {direction}", short(2.0 * mm(made.tool_radius.units())))),
+        row("stock to leave", format!("{} mm", short(mm(made.stock_to_leave.units())))),
+        row("rest material", made.finish().residual()),
+    ]
 }

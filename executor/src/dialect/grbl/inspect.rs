@@ -70,6 +70,11 @@ impl Inspector for GrblInspector {
                 .and_then(|digits| i32::try_from(digits).ok())
                 .map(|digits| 10_f64.powi(-digits)),
             limits: limits(both([110, 111]), both([120, 121])),
+            travel_mm: match both([130, 131]) {
+                [Some(x), Some(y)] if x > 0.0 && y > 0.0 => Some([x, y]),
+                _ => None,
+            },
+            firmware: self.version.clone().or_else(|| self.greeting.clone()),
         }
     }
 }

@@ -1,0 +1,382 @@
+//! Machines and tools with names, in the user's configuration folder; and the commands `machine` and `tool`.
+
+use std::io::{BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+use keepout_executor::dialect::{DialectConfig, DialectName};
+use keepout_executor::session::RealClock;
+use keepout_executor::session::serial::Serial;
+use keepout_kernel::Vector;
+use keepout_planner::Mm2;
+use keepout_planner::contour::short;
+use keepout_planner::file::FileKind;
+use keepout_planner::machine::{ControllerProfile, MachineProfile};
+use keepout_planner::text_file;
+use serde::{Deserialize, Serialize};
+
+use super::CliError;
+use crate::examine::{Examination, examine};
+use crate::values::{length, pair};
+
+static STORED: FileKind = FileKind {
+    unreadable: "List the stored names with `keepout machine list` or `keepout tool list`.",
+    ..FileKind::new("stored machine or tool")
+};
+/// Name of the built-in machine.
+pub const SIMULATED: &str = "simulated";
+
+/// A machine: its profile, and how to reach it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StoredMachine {
+    /// The serial port. Empty for the simulated machine.
+    pub port: String,
+    /// The dialect.
+    pub dialect: String,
+    /// Baud rate of the port.
+    pub baud: u32,
+    /// The device that jogs: keyboard, gamepad or handwheel.
+    pub operator: String,
+    /// Its figures.
+    pub profile: MachineProfile,
+}
+
+/// A tool.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StoredTool {
+    /// Its diameter, mm.
+    pub diameter_mm: f64,
+}
+
+/// The folder of stored machines or tools.
+fn folder(kind: &str) -> Result<PathBuf, CliError> {
+    let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let base = variable("KEEPOUT_CONFIG")
+        .or_else(|| variable("XDG_CONFIG_HOME").map(|base| base.join("keepout")))
+        .or_else(|| variable("APPDATA").map(|base| base.join("keepout")))
+        .or_else(|| variable("HOME").map(|home| home.join(".config/keepout")));
+    let base = base.ok_or_else(|| {
+        let reason = "there is no home folder: name the folder of machines and tools in KEEPOUT_CONFIG";
+        CliError::Argument(reason.into())
+    })?;
+    Ok(base.join(kind))
+}
+
+/// The file of a name. A name is no path.
+fn path_of(kind: &str, name: &str) -> Result<PathBuf, CliError> {
+    let plain = |c: char| c.is_alphanumeric() || " -_.,+()ø".contains(c);
+    if name.is_empty() || name.starts_with('.') || !name.chars().all(plain) {
+        let reason =
+            format!("\"{}\" is no name: use letters, digits, spaces, - and _", text_file::shown(name));
+        return Err(CliError::Argument(reason));
+    }
+    Ok(folder(kind)?.join(format!("{name}.toml")))
+}
+
+fn names(kind: &str) -> Result<Vec<String>, CliError> {
+    let entries = std::fs::read_dir(folder(kind)?).into_iter().flatten().flatten();
+    let stem =
+        |path: PathBuf| path.extension().is_some_and(|end| end == "toml").then(|| path.with_extension(""));
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| Some(stem(entry.path())?.file_name()?.to_string_lossy().into_owned()))
+        .collect();
+    names.sort();
+    Ok(names)
+}
+
+fn read<T: for<'a> Deserialize<'a>>(kind: &str, name: &str) -> Result<T, CliError> {
+    let path = path_of(kind, name)?;
+    if !path.is_file() {
+        let known = names(kind)?;
+        let known = if known.is_empty() {
+            "none is stored yet".into()
+        } else {
+            format!("stored: {}", known.join(", "))
+        };
+        return Err(CliError::Argument(format!(
+            "there is no {kind} \"{name}\" ({known}). Make one with `keepout {kind} new`."
+        )));
+    }
+    toml::from_str(&STORED.read_text(&path)?).map_err(|error| {
+        let reason = text_file::reason(&error);
+        CliError::Argument(format!("{} is no {kind}: {reason}. Correct the file.", path.display()))
+    })
+}
+
+fn write<T: Serialize>(kind: &str, name: &str, value: &T, overwrite: bool) -> Result<PathBuf, CliError> {
+    let path = path_of(kind, name)?;
+    if path.exists() && !overwrite {
+        let reason = format!("the {kind} \"{name}\" exists. Choose another name, or give --overwrite.");
+        return Err(CliError::Argument(reason));
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(STORED.write_error(&path))?;
+    let text =
+        toml::to_string(value).map_err(|error| CliError::Argument(format!("cannot be stored: {error}")))?;
+    STORED.write(&path, text.as_bytes())?;
+    Ok(path)
+}
+
+impl StoredMachine {
+    /// The machine with this name. The simulated machine is built in.
+    pub fn named(name: &str) -> Result<Self, CliError> {
+        if name == SIMULATED {
+            return Ok(Self {
+                port: String::new(),
+                dialect: "grbl".into(),
+                baud: 115_200,
+                operator: "keyboard".into(),
+                profile: MachineProfile::simulated(),
+            });
+        }
+        let stored: Self = read("machine", name)?;
+        Ok(Self { profile: stored.profile.checked()?, ..stored })
+    }
+}
+
+impl StoredTool {
+    /// The tool with this name.
+    pub fn named(name: &str) -> Result<Self, CliError> {
+        read("tool", name)
+    }
+}
+
+/// Subcommands of `machine`.
+#[derive(Debug, Subcommand)]
+pub enum MachineCommand {
+    /// Store a machine under a name. The controller states what it knows; you answer what it does not.
+    New(NewMachine),
+    /// List the stored machines.
+    List,
+    /// Show a stored machine and its file.
+    Show {
+        /// Its name.
+        name: String,
+    },
+}
+
+#[derive(Debug, Args)]
+pub struct NewMachine {
+    /// Its name, such as mill.
+    name: String,
+    /// The serial port, such as /dev/ttyUSB0.
+    #[arg(long, value_name = "DEVICE")]
+    port: String,
+    /// Dialect of the controller: grbl, grblhal, zaber, venus, or a file that describes another dialect.
+    #[arg(long, value_name = "DIALECT", default_value = "grbl")]
+    dialect: String,
+    /// Baud rate of the port.
+    #[arg(long, default_value_t = 115_200)]
+    baud: u32,
+    /// The device that jogs: keyboard, gamepad or handwheel.
+    #[arg(long)]
+    operator: Option<String>,
+    /// Travel of x and y, if the controller does not state it, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair)]
+    travel_mm: Option<Mm2>,
+    /// Half the spread of ten returns to one place by a dial gauge, mm.
+    #[arg(long, value_name = "MM", value_parser = length)]
+    repeatability_mm: Option<f64>,
+    /// Largest distance of the true path from the commanded path in motion, mm.
+    #[arg(long, value_name = "MM", value_parser = length)]
+    contour_error_mm: Option<f64>,
+    /// Replace the machine of this name.
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Subcommands of `tool`.
+#[derive(Debug, Subcommand)]
+pub enum ToolCommand {
+    /// Store a tool under a name.
+    New {
+        /// Its name, such as "6 mm end mill".
+        name: String,
+        /// Its measured diameter: mm, or with a unit, such as 1/4in.
+        #[arg(long, value_name = "MM", value_parser = length)]
+        diameter: f64,
+        /// Replace the tool of this name.
+        #[arg(long)]
+        overwrite: bool,
+    },
+    /// List the stored tools.
+    List,
+}
+
+pub fn machine(command: &MachineCommand) -> Result<ExitCode, CliError> {
+    match command {
+        MachineCommand::New(arguments) => return new_machine(arguments),
+        MachineCommand::List => {
+            println!("{SIMULATED:<24} built in");
+            for name in names("machine")? {
+                let StoredMachine { port, dialect, baud, operator, .. } = StoredMachine::named(&name)?;
+                println!("{name:<24} {dialect} at {port}, {baud} baud, jogged by {operator}");
+            }
+        }
+        MachineCommand::Show { name } => {
+            let stored = StoredMachine::named(name)?;
+            if name != SIMULATED {
+                println!("# {}", path_of("machine", name)?.display());
+            }
+            print!("{}", toml::to_string(&stored).unwrap_or_default());
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+pub fn tool(command: &ToolCommand) -> Result<ExitCode, CliError> {
+    match command {
+        ToolCommand::New { name, diameter, overwrite } => {
+            if !(0.001..=500.0).contains(diameter) {
+                let reason = format!("--diameter {diameter} must be between 0.001 and 500 mm");
+                return Err(CliError::Argument(reason));
+            }
+            let path = write("tool", name, &StoredTool { diameter_mm: *diameter }, *overwrite)?;
+            println!("{:<36} {}", format!("tool \"{name}\", Ø {} mm", short(*diameter)), path.display());
+        }
+        ToolCommand::List => {
+            for name in names("tool")? {
+                println!("{name:<24} Ø {} mm", short(StoredTool::named(&name)?.diameter_mm));
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn new_machine(arguments: &NewMachine) -> Result<ExitCode, CliError> {
+    // A name that exists is an error before the questions.
+    let path = path_of("machine", &arguments.name)?;
+    if arguments.name == SIMULATED || path.exists() && !arguments.overwrite {
+        let reason =
+            format!("the machine \"{}\" exists. Choose another name, or give --overwrite.", arguments.name);
+        return Err(CliError::Argument(reason));
+    }
+    let dialect_name =
+        DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
+    let simulated = MachineProfile::simulated();
+    let mut dialect = dialect_name.dialect(DialectConfig::of(&simulated, Vector { dx: 0, dy: 0 }));
+    let mut port = Serial::open(&arguments.port, arguments.baud)?;
+    let needed = (simulated.steps_per_mm, simulated.arc_tolerance_mm);
+    let found = examine(&mut port, &mut RealClock::default(), dialect.as_mut(), QUERIES, needed)?;
+    drop(port);
+    let profile = profile_of(arguments, &found, &simulated)?.checked()?;
+    let operator = answer(
+        arguments.operator.clone(),
+        "Which device jogs: keyboard, gamepad or handwheel",
+        "keyboard".into(),
+        |text| ["keyboard", "gamepad", "handwheel"].contains(&text).then(|| text.to_string()),
+    )?;
+    let stored = StoredMachine {
+        port: arguments.port.clone(),
+        dialect: arguments.dialect.clone(),
+        baud: arguments.baud,
+        operator,
+        profile,
+    };
+    let path = write("machine", &arguments.name, &stored, arguments.overwrite)?;
+    print!("{}", toml::to_string(&stored).unwrap_or_default());
+    println!("\n{:<36} {}", format!("machine \"{}\"", arguments.name), path.display());
+    println!("Check every figure. `keepout doctor` tells whether a session can begin.");
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Number of timed queries.
+const QUERIES: usize = 30;
+
+/// The figures that the controller states, and the answers for the others.
+fn profile_of(
+    arguments: &NewMachine,
+    found: &Examination,
+    simulated: &MachineProfile,
+) -> Result<MachineProfile, CliError> {
+    let stated = found.inspector.as_ref();
+    let known = |value: f64| Some(value).filter(|value| value.is_finite() && *value > 0.0);
+    let figure = |text: &str| length(text).ok().filter(|value| (0.0..=10.0).contains(value));
+    let speed = |text: &str| text.parse::<f64>().ok().filter(|value| (1e-3..=1e6).contains(value));
+    let travel = stated.and_then(|stated| stated.travel_mm).map(|[x, y]| Mm2::new(x, y));
+    let travel = match travel.or(arguments.travel_mm) {
+        Some(travel) => travel,
+        None => answer(None, "Travel of x and y, mm, such as 400,350", Mm2::new(400.0, 350.0), |text| {
+            pair(text).ok()
+        })?,
+    };
+    let limit = |value: Option<f64>, question: &str, default: f64| match value.and_then(known) {
+        Some(value) => Ok(value),
+        None => answer(None, question, default, speed),
+    };
+    let limits = stated.map(|stated| stated.limits);
+    let repeatability_mm = answer(
+        arguments.repeatability_mm,
+        "Repeatability: half the spread of ten returns to one place by a dial gauge, mm",
+        0.01,
+        figure,
+    )?;
+    let contour_error_mm = answer(
+        arguments.contour_error_mm,
+        "Contour error: largest distance of the true path from the commanded one in motion, mm",
+        0.05,
+        figure,
+    )?;
+    Ok(MachineProfile {
+        name: arguments.name.clone(),
+        travel_mm: [travel.x, travel.y],
+        max_rate_mm_s: limit(limits.map(|limits| limits.speed_mm_s), "Top speed of an axis, mm/s", 50.0)?,
+        acceleration_mm_s2: limit(
+            limits.map(|limits| limits.acceleration_mm_s2),
+            "Acceleration of an axis, mm/s²",
+            200.0,
+        )?,
+        steps_per_mm: limit(stated.and_then(|stated| stated.steps_per_mm), "Steps per mm of an axis", 400.0)?,
+        report_digit_mm: stated
+            .and_then(|stated| stated.report_digit_mm)
+            .unwrap_or(simulated.report_digit_mm),
+        arc_tolerance_mm: simulated.arc_tolerance_mm,
+        repeatability_mm,
+        contour_error_mm,
+        contour_error_source: Some("stated by hand with keepout machine new".into()),
+        controller: Some(ControllerProfile {
+            firmware: text_file::shown(
+                &stated.and_then(|stated| stated.firmware.clone()).unwrap_or_default(),
+            ),
+            report_latency_ms: Some(found.round_trip(50).as_secs_f64() * 1e3),
+            ..ControllerProfile::default()
+        }),
+    })
+}
+
+/// The given value, or the answer of a person at a terminal. Without a terminal the value must be given.
+fn answer<T: Clone + std::fmt::Debug>(
+    given: Option<T>,
+    question: &str,
+    default: T,
+    parse: impl Fn(&str) -> Option<T>,
+) -> Result<T, CliError> {
+    if let Some(value) = given {
+        return Ok(value);
+    }
+    if !std::io::stdin().is_terminal() {
+        let reason = format!("the controller does not state this, and the input is no terminal. {question}?");
+        return Err(CliError::Argument(reason));
+    }
+    for _ in 0..5 {
+        eprint!("{question} [{}]: ", shown(&default));
+        let _ = std::io::stderr().flush();
+        let mut text = String::new();
+        let _ = std::io::stdin().lock().read_line(&mut text);
+        match text.trim() {
+            "" => return Ok(default),
+            text => match parse(text) {
+                Some(value) => return Ok(value),
+                None => eprintln!("\"{}\" is no answer.", text_file::shown(text)),
+            },
+        }
+    }
+    Err(CliError::Argument(format!("no answer to: {question}")))
+}
+
+fn shown(value: &impl std::fmt::Debug) -> String {
+    format!("{value:?}").replace('"', "").replace("Mm2 { x: ", "").replace(" y: ", "").replace(" }", "")
+}
