@@ -6,11 +6,13 @@ use keepout_planner::Mm2;
 use keepout_planner::align::file::{AlignmentFile, Method, VERSION};
 use keepout_planner::align::{Alignment, PartEdges, ProbePoint, ProbePoints, align as aligned};
 use keepout_planner::plan::{CertifiedPlan, PlanError};
+use keepout_planner::profile::Profile;
 use keepout_planner::request::PlanRequestError;
 
 use super::before::refuse_other_drawing;
 use super::job::Job;
 use super::plan::{refuse_same, request_of};
+use super::take::{TakeMethod, Taken, take};
 use super::{AlignArguments, CliError, RunArguments, pair};
 
 /// Parses `DX,DY=MX,MY`: a place in drawing coordinates, and the same place in machine coordinates, mm.
@@ -43,11 +45,31 @@ pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
         return Err(CliError::Argument(reason.into()));
     }
     refuse_same(&[path], &[&output])?;
-    let part = part_of(arguments)?;
+    let profile = profile_of(arguments)?;
+    let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
+    let part = PartEdges::of(&profile, arguments.side.into())
+        .map_err(|error| wrong(PlanError::from(error).into()))?;
+    let none = arguments.point.is_empty() && arguments.edge.is_empty();
+    let taken = match (&job, arguments.take, none) {
+        (Some(job), method, true) => {
+            let method = method.unwrap_or(TakeMethod::Edges);
+            if !arguments.home && !arguments.homed {
+                let reason = "give --home (tool raised), or --homed if the machine was homed since power-up";
+                return Err(CliError::Argument(reason.into()));
+            }
+            take(method, &profile, arguments.side.into(), &job.machine()?, arguments.home)?
+        }
+        (None, Some(_), _) => {
+            let reason = "--take needs the folder of a job, which names the machine: `keepout new DRAWING`";
+            return Err(CliError::Argument(reason.into()));
+        }
+        _ => Taken { points: arguments.point.clone(), edges: arguments.edge.clone() },
+    };
+    let tool_mm = job.as_ref().and_then(|job| job.tool_mm().ok());
     let probe_points = ProbePoints {
-        points: arguments.point.clone(),
-        edges: arguments.edge.clone(),
-        probe_diameter_mm: arguments.probe_diameter.unwrap_or(0.0),
+        points: taken.points,
+        edges: taken.edges,
+        probe_diameter_mm: arguments.probe_diameter.or(tool_mm).unwrap_or(0.0),
         probe_error_mm: arguments.probe_error_mm,
         tolerance_mm: arguments.tolerance_mm,
     };
@@ -66,14 +88,13 @@ pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn part_of(arguments: &AlignArguments) -> Result<PartEdges, CliError> {
+fn profile_of(arguments: &AlignArguments) -> Result<Profile, CliError> {
     let path = &arguments.drawing.drawing;
     let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
     let request = request_of(&arguments.drawing)?;
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let (_, chained) = request.contours(&bytes).map_err(|error| wrong(error.into()))?;
-    PartEdges::of(&chained.profile, arguments.side.into())
-        .map_err(|error| wrong(PlanError::from(error).into()))
+    Ok(chained.profile)
 }
 
 fn file_of(found: &Alignment, probe_points: &ProbePoints, drawing: &str) -> AlignmentFile {

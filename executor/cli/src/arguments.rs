@@ -248,6 +248,16 @@ pub(crate) struct AlignArguments {
     #[arg(long, value_name = "DX,DY=MX,MY", value_parser = crate::align::probe_point, allow_hyphen_values = true,
         requires = "probe_diameter")]
     pub(crate) edge: Vec<ProbePoint>,
+    /// Touch off in the program: jog to the places that it names, and take each with t. The machine's own position is
+    /// read. Without points and edges, a job does this.
+    #[arg(long, value_enum, conflicts_with_all = ["point", "edge"])]
+    pub(crate) take: Option<crate::take::TakeMethod>,
+    /// Home the machine first. Raise the tool before.
+    #[arg(long)]
+    pub(crate) home: bool,
+    /// State that the machine was homed since power-up.
+    #[arg(long, conflicts_with = "home")]
+    pub(crate) homed: bool,
     /// Diameter of the probe or tool that touched the edges, mm.
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     pub(crate) probe_diameter: Option<f64>,
@@ -388,6 +398,9 @@ pub(crate) struct RunArguments {
     /// Start without the question on the page before the first motion.
     #[arg(long)]
     pub(crate) yes: bool,
+    /// Dry run: raise the tool above the stock, and let it trace the contours. Nothing counts as cut.
+    #[arg(long)]
+    pub(crate) dry_run: bool,
     /// State that the drawing of the alignment and the drawing of the plan have the same origin.
     #[arg(long, requires = "alignment")]
     pub(crate) same_origin: bool,

@@ -144,6 +144,9 @@ impl Page<'_> {
             row("alignment", aligned),
             row("log", log.map_or("none".into(), |log| log.display().to_string())),
         ];
+        if arguments.dry_run {
+            lines.push("  DRY RUN: RAISE THE TOOL above stock and clamps. Nothing counts as cut.".into());
+        }
         for contour in plan.contours() {
             let done =
                 !contour.loops.is_empty() && contour.loops.iter().all(|each| progress.has_finished(*each));

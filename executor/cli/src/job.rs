@@ -226,7 +226,8 @@ impl Job {
     /// The arguments of a run, where the command line gives no others.
     pub fn run_arguments(&self, given: &RunArguments) -> Result<RunArguments, CliError> {
         let machine = self.machine()?;
-        let logs = self.path("logs");
+        // A dry run cuts nothing, so its log must not be resumed or reported.
+        let logs = self.path(if given.dry_run { "dry-runs" } else { "logs" });
         std::fs::create_dir_all(&logs).map_err(OUTPUT.write_error(&logs))?;
         let date: String =
             rfc_3339(SystemTime::now()).chars().map(|c| if c == ':' { '-' } else { c }).collect();

@@ -25,6 +25,7 @@ mod shell;
 #[cfg(unix)]
 mod simulate;
 mod store;
+mod take;
 mod values;
 mod view;
 

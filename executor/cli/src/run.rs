@@ -57,7 +57,9 @@ fn in_job(job: &Job, given: &RunArguments) -> Result<ExitCode, CliError> {
     let arguments = job.run_arguments(given)?;
     let code = run_plan(&arguments)?;
     let ran = arguments.log.as_ref().is_some_and(|log| log.exists());
-    if ran {
+    if given.dry_run {
+        println!("{:<36} nothing was cut: its log does not count for `resume` and `report`", "dry run");
+    } else if ran {
         super::report::of_job(job, arguments.time)?;
     }
     Ok(code)

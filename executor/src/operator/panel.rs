@@ -18,6 +18,7 @@ struct Lines {
     count: usize,
     status: String,
     help: bool,
+    taken: usize,
 }
 
 impl Panel {
@@ -40,6 +41,17 @@ impl Panel {
         if lines.status != status {
             lines.status = status.into();
         }
+    }
+
+    /// Counts a place that the operator takes.
+    pub fn take(&self, count: usize) {
+        self.lines().taken += count;
+    }
+
+    /// Number of places that the operator took.
+    #[must_use]
+    pub fn taken(&self) -> usize {
+        self.lines().taken
     }
 
     /// Shows or hides the help.

@@ -8,6 +8,7 @@
 //! | space | stop at once |
 //! | a | cycle armed, on or off |
 //! | p, r, f | pause (feed hold), resume (cycle start), recover after a fault |
+//! | t | take the present place, while the program aligns the part |
 //! | ?, h | help, on or off |
 //! | q, Ctrl-C | quit |
 
@@ -70,6 +71,8 @@ pub struct Keys {
     armed: bool,
     stopped: bool,
     help: bool,
+    /// Places that the operator took and the program has not read.
+    taken: usize,
     commands: VecDeque<OperatorCommand>,
 }
 
@@ -87,6 +90,7 @@ impl Keys {
             armed: false,
             stopped: false,
             help: false,
+            taken: 0,
             commands: VecDeque::new(),
         }
     }
@@ -122,6 +126,11 @@ impl Keys {
     /// Takes the next command that the operator gave.
     pub fn command(&mut self) -> Option<OperatorCommand> {
         self.commands.pop_front()
+    }
+
+    /// Number of places that the operator took since the last call.
+    pub fn take_taken(&mut self) -> usize {
+        std::mem::take(&mut self.taken)
     }
 
     /// Whether the keys are to be explained.
@@ -207,6 +216,7 @@ impl Keys {
             Key::Interrupt | Key::Character('q') => self.give(OperatorCommand::Stop),
             Key::Character(' ') => self.stop(),
             Key::Character('a') => self.armed = !self.armed,
+            Key::Character('t') => self.taken += 1,
             Key::Character('?' | 'h') => self.help = !self.help,
             Key::Character('p') => self.give(OperatorCommand::FeedHold),
             Key::Character('r') => self.give(OperatorCommand::CycleStart),

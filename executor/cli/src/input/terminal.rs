@@ -206,6 +206,7 @@ impl Operator for Keyboard {
         let input = self.keys.input(view.phase, now);
         self.panel.set_status(&self.keys.status());
         self.panel.set_help(self.keys.help());
+        self.panel.take(self.keys.take_taken());
         input
     }
 
