@@ -86,7 +86,7 @@ pub fn certificates_of_log(bytes: &[u8]) -> usize {
         Ok(played) => {
             check_message(&played.outcome().to_string());
             assert!(picture_of_log(&log.header, &played).starts_with("<svg"));
-            assert!(page_of_log(&log.header, &played, "fuzz.log", 0).contains("<html"));
+            assert!(page_of_log(&log.header, &played, &[], "fuzz.log", 0).contains("<html"));
             watch(&log)
         }
         Err(error) => {

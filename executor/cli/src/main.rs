@@ -71,7 +71,8 @@ fn end_at_closed_pipe() {
         let text = panic.payload().downcast_ref::<String>().map_or("", String::as_str);
         if text.starts_with("failed printing to std") {
             input::terminal::restore();
-            std::process::exit(0);
+            // Any other failure, such as a closed terminal, is no success.
+            std::process::exit(if text.contains("Broken pipe") { 0 } else { 7 });
         }
         before(panic);
     }));

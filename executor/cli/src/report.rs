@@ -62,8 +62,8 @@ fn make(
     title: &[(String, String)],
     time: CertifyTime,
 ) -> Result<ExitCode, CliError> {
-    check_ending(output, "html")?;
     let played = Played::of(log, plan, Some(output), time)?;
+    check_ending(output, "html")?;
     write_page(log, &played, output, title)?;
     Ok(ExitCode::SUCCESS)
 }

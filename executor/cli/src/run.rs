@@ -92,6 +92,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         picture: arguments.picture.clone(),
         log,
         title: arguments.title.clone(),
+        names_log: arguments.log.is_none(),
     };
     if arguments.port.is_some() && arguments.origin_mm.is_none() {
         let reason =
@@ -101,9 +102,6 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     if arguments.port.is_some() && !arguments.home && !arguments.homed {
         let reason = "a real machine needs --home (tool raised), or --homed if it was homed since power-up";
         return Err(CliError::Argument(reason.into()));
-    }
-    if arguments.port.is_some() && !arguments.simulate {
-        refuse_margin_of_simulation(&plan.plan.machine)?;
     }
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
     let work = PreparedPlan::new(plan);
@@ -115,6 +113,9 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         }
         None => Progress::default(),
     };
+    if arguments.port.is_some() && !arguments.simulate {
+        refuse_margin_of_simulation(&work.plan.plan.machine)?;
+    }
     if progress.finished.len() == work.plan.plan.loop_count() {
         println!("every contour of the plan is cut: this run has no work");
         return Ok(ExitCode::SUCCESS);
@@ -219,6 +220,8 @@ struct Outputs {
     report: Option<PathBuf>,
     picture: Option<PathBuf>,
     log: Option<PathBuf>,
+    /// Whether the program chose the log's name.
+    names_log: bool,
     /// Rows of the report's title block.
     title: Vec<(String, String)>,
 }
@@ -364,7 +367,7 @@ fn finish(
         let log = outputs.log.as_deref().unwrap_or(path);
         super::report::of_log(log, work.clone(), path, &outputs.title)?;
     }
-    if let Some(log) = &outputs.log {
+    if let Some(log) = outputs.log.as_ref().filter(|_| outputs.names_log) {
         println!("{:<36} {}", "log", log.display());
     }
     Ok(exit_code(facts))

@@ -52,11 +52,11 @@ fn alignment_serves_plan_and_run() {
     ]);
     let text = printed(&run);
     assert!(
-        code(&run) == 0 && text.contains("deepest gouge                        0.00000 mm"),
+        code(&run) == 9 && text.contains("deepest gouge                        0.00000 mm"),
         "{text}{}",
         complaint(&run)
     );
-    // The program prints a note if the alignment was found with another drawing.
+    // An alignment that was found with another drawing is refused, unless both have the same origin.
     let text = std::fs::read_to_string(&alignment).unwrap();
     let other = folder.join("other.toml").display().to_string();
     std::fs::write(&other, text.replace("bracket.dxf", "lid.dxf")).unwrap();
@@ -64,12 +64,18 @@ fn alignment_serves_plan_and_run() {
         let run =
             keepout(&["run", &plan, "--machine", "sim-fast", "--limit-s", "1", "--alignment", alignment]);
         assert_eq!(complaint(&run).contains("was found with lid.dxf"), noted, "{}", complaint(&run));
+        assert_eq!(code(&run) == 2, noted);
+        let same = ["--alignment", alignment, "--same-origin"];
+        let run = keepout(&[&["run", &plan, "--machine", "sim-fast", "--limit-s", "1"], &same[..]].concat());
+        assert_eq!(code(&run), 9, "{}", complaint(&run));
     }
     // On a real machine, the alignment file is enough: --origin-mm is not needed besides.
-    let port = ["run", &plan, "--port", "/dev/no-such-port", "--home"];
-    assert_eq!(code(&keepout(&port)), 2, "without an origin");
-    let run = keepout(&[&port[..], &["--alignment", &alignment]].concat());
+    let port = ["run", &plan, "--port", "/dev/no-such-port", "--home", "--operator", "keyboard"];
+    let run = keepout(&[&port[..], &["--simulate"]].concat());
+    assert!(code(&run) == 2 && complaint(&run).contains("the drawing's origin"), "{}", complaint(&run));
+    let run = keepout(&[&port[..], &["--simulate", "--alignment", &alignment]].concat());
     assert!(code(&run) == 6 && complaint(&run).contains("cannot open port"), "{}", complaint(&run));
+    let run = keepout(&[&port[..], &["--alignment", &alignment]].concat());
     assert!(complaint(&run).contains("are of the simulated GRBL 1.1 table"), "{}", complaint(&run));
     let run = keepout(&[&port[..], &["--alignment", &alignment, "--origin-mm", "-250,-200"]].concat());
     assert_eq!(code(&run), 2, "{}", complaint(&run));
@@ -81,7 +87,7 @@ fn plan_with_another_rotation_or_offset_than_the_alignment_is_refused() {
     let alignment = aligned(&folder);
     let plan = folder.join("part.plan").display().to_string();
     let planned = |more: &[&str]| {
-        let mut arguments = vec!["plan", "", "--tool-diameter", "6", "-o", &plan];
+        let mut arguments = vec!["plan", "", "--tool-diameter", "6", "-o", &plan, "--overwrite"];
         let drawing = bracket();
         arguments[1] = &drawing;
         arguments.extend(more);
@@ -130,7 +136,7 @@ fn ambiguous_probe_points_are_refused_and_write_no_file() {
     let cases: [(&[&str], i32, &str); 8] = [
         (&[], 2, "too few probe points"),
         (&["--point", "here"], 2, "not a probe point"),
-        (&["--point", "0,0=1"], 2, "two numbers"),
+        (&["--point", "0,0=1"], 2, "two lengths"),
         (
             &["--point", "0,0=-200,-200", "--point", "100,0=-100.5,-200"],
             2,

@@ -28,8 +28,17 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     let table = printed(&output);
     let line = table.lines().find(|line| line.starts_with("contour error 0.")).unwrap().to_string();
     let plan = folder.join("part.plan").display().to_string();
-    let planned =
-        keepout(&["plan", &bracket(), "--tool-diameter", "6", "--machine-profile", &machine, "-o", &plan]);
+    let planned = keepout(&[
+        "plan",
+        &bracket(),
+        "--tool-diameter",
+        "6",
+        "--machine-profile",
+        &machine,
+        "-o",
+        &plan,
+        "--overwrite",
+    ]);
     assert_eq!(code(&planned), 0, "{}", complaint(&planned));
     let margin = printed(&planned);
     let term =
@@ -54,6 +63,7 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
         "6",
         "--machine-profile",
         &bare_profile,
+        "--overwrite",
         "-o",
         &plan,
     ]);
@@ -68,14 +78,24 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     let of_which = "the other figures are of the simulated";
     assert!(complaint(&output).contains(of_which) && !complaint(&again).contains(of_which));
     let at_the_machine = |plan: &str| {
-        complaint(&keepout(&["run", plan, "--port", "/dev/null", "--homed", "--origin-mm", "0,0"]))
+        let port = ["--port", "/dev/null", "--homed", "--origin-mm", "0,0", "--operator", "keyboard"];
+        complaint(&keepout(&[&["run", plan], &port[..]].concat()))
     };
     let note = "margin and travel are of the simulated";
     assert!(at_the_machine(&plan).contains(note), "{}", at_the_machine(&plan));
     let profile = text(Path::new(&machine)).replacen("simulated GRBL 1.1 table", "mill", 1);
     std::fs::write(&machine, profile).unwrap();
-    let planned =
-        keepout(&["plan", &bracket(), "--tool-diameter", "6", "--machine-profile", &machine, "-o", &plan]);
+    let planned = keepout(&[
+        "plan",
+        &bracket(),
+        "--tool-diameter",
+        "6",
+        "--machine-profile",
+        &machine,
+        "-o",
+        &plan,
+        "--overwrite",
+    ]);
     assert_eq!(code(&planned), 0, "{}", complaint(&planned));
     assert!(!at_the_machine(&plan).contains(note), "{}", at_the_machine(&plan));
 }

@@ -5,6 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use keepout_executor::session::LoggedEvent;
 use keepout_executor::session::log::Log;
 
 fn keepout(arguments: &[&str]) -> Output {
@@ -34,7 +35,7 @@ fn trace_repeats_its_recorded_session() {
             keepout(&[&fixed, more].concat())
         };
         let recorded = run(operator, &["--log", &first, "--record-trace", &trace]);
-        assert_eq!(recorded.status.code(), Some(0), "{recorded:?}");
+        assert_eq!(recorded.status.code(), Some(9), "{recorded:?}");
         let played = run(&format!("trace:{trace}"), &["--log", &second, "--view"]);
         assert_eq!(played.stdout, recorded.stdout);
         // The headers differ: they state the operator and the time.
@@ -91,7 +92,10 @@ mod terminal {
             let name = device.name().unwrap();
             drop(device);
             let end = || OpenOptions::new().read(true).write(true).open(&name).unwrap();
-            let child = Command::new(env!("CARGO_BIN_EXE_keepout"))
+            // The program must not inherit this end of the terminal: it would keep its own terminal open.
+            let closed = "for fd in 3 4 5 6 7 8 9; do eval \"exec $fd>&-\"; done; exec \"$@\"";
+            let child = Command::new("sh")
+                .args(["-c", closed, "sh", env!("CARGO_BIN_EXE_keepout")])
                 .args(arguments)
                 .stdin(end())
                 .stdout(end())
@@ -139,6 +143,33 @@ mod terminal {
                 self.shown.extend(&bytes[..count]);
             }
             status?.code()
+        }
+    }
+
+    /// A window that is closed left a process that used a whole core, and once a log without an end.
+    #[test]
+    fn closing_the_window_ends_the_program_and_its_log() {
+        for view in [true, false] {
+            let (folder, plan) = planned(&format!("closed-{view}"));
+            let log = folder.join("run.log");
+            let path = log.display().to_string();
+            let mut run = vec!["run", &plan, "--operator", "keyboard", "--log", &path];
+            run.extend(view.then_some("--view"));
+            let mut terminal = Terminal::run(&run);
+            terminal.type_for(Duration::from_secs(3), b"\x1b[D", Duration::from_millis(30));
+            let Terminal { keys, mut child, _end: end, .. } = terminal;
+            drop((keys, end));
+            let began = Instant::now();
+            while child.try_wait().unwrap().is_none() {
+                if began.elapsed() > Duration::from_secs(20) {
+                    child.kill().unwrap();
+                    panic!("the program goes on without its terminal, view {view}");
+                }
+                std::thread::sleep(Duration::from_millis(50));
+            }
+            let log = Log::load(&log).unwrap();
+            let last = log.entries.last().map(|entry| entry.event.clone());
+            assert!(matches!(last, Some(LoggedEvent::Outcome(_))), "{last:?}");
         }
     }
 

@@ -44,6 +44,8 @@ pub enum TerminalError {
 
 /// Most key strokes that wait for the loop. Further ones are dropped.
 const STROKES_MAX: usize = 256;
+/// Longest wait for the end of the thread.
+const ENDS_WITHIN: Duration = Duration::from_millis(300);
 /// Time between two checks of the thread's stop flag.
 const LOOK: Duration = Duration::from_millis(20);
 
@@ -218,7 +220,14 @@ impl Operator for Keyboard {
 impl Drop for Keyboard {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
+        let Some(thread) = self.thread.take() else { return };
+        // When the window closes, the terminal library can read its end for ever. The end of the program then ends
+        // the thread.
+        let waited = Instant::now();
+        while !thread.is_finished() && waited.elapsed() < ENDS_WITHIN {
+            std::thread::sleep(LOOK / 10);
+        }
+        if thread.is_finished() {
             let _ = thread.join();
         }
     }
@@ -227,10 +236,14 @@ impl Drop for Keyboard {
 /// The reading thread: notes each key stroke with its time.
 fn serve(typed: &Mutex<Typed>, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
-        let event = match crossterm::event::poll(LOOK) {
-            Ok(false) => continue,
-            Ok(true) => crossterm::event::read(),
-            Err(error) => Err(error),
+        let event = match waits() {
+            // The library may hold parts of a key, and events of a burst.
+            Input::None | Input::Some => match crossterm::event::poll(Duration::ZERO) {
+                Ok(false) => continue,
+                Ok(true) => crossterm::event::read(),
+                Err(error) => Err(error),
+            },
+            Input::HungUp => Err(std::io::ErrorKind::UnexpectedEof.into()),
         };
         let mut typed = typed.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
@@ -244,6 +257,44 @@ fn serve(typed: &Mutex<Typed>, stop: &AtomicBool) {
                 return;
             }
         }
+    }
+}
+
+/// What the terminal has for the program.
+enum Input {
+    None,
+    Some,
+    /// The terminal is closed.
+    HungUp,
+}
+
+/// Waits for input of the terminal, for [`LOOK`] at most. The terminal library itself does not notice a closed
+/// terminal: it reads the end again and again.
+#[cfg(unix)]
+fn waits() -> Input {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+    let stdin = stdin();
+    let mut inputs = [PollFd::new(&stdin, PollFlags::IN)];
+    let wait = Timespec { tv_sec: 0, tv_nsec: LOOK.subsec_nanos().into() };
+    let found = poll(&mut inputs, Some(&wait)).unwrap_or(0);
+    let events = inputs[0].revents();
+    if events.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
+        Input::HungUp
+    } else if found > 0 {
+        Input::Some
+    } else {
+        Input::None
+    }
+}
+
+/// Waits for input of the terminal, for [`LOOK`] at most.
+#[cfg(not(unix))]
+fn waits() -> Input {
+    match crossterm::event::poll(LOOK) {
+        Ok(true) => Input::Some,
+        Ok(false) => Input::None,
+        Err(_) => Input::HungUp,
     }
 }
 

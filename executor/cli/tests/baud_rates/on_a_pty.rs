@@ -57,7 +57,8 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         std::thread::sleep(Duration::from_millis(5));
     }
     let (script, feed) = (job.at("script"), FEED_MM_MIN.to_string());
-    let mut arguments = vec!["run", &plan, "--port", &port, "--dialect", &dialect, "--baud", &baud];
+    let mut arguments =
+        vec!["run", &plan, "--simulate", "--yes", "--port", &port, "--dialect", &dialect, "--baud", &baud];
     arguments.extend(["--home", "--origin-mm", &origin, "--operator", &script, "--log", &log]);
     arguments.extend(["--feed-mm-min", &feed, "--limit-s", "300", "--answer-within-s", "60"]);
     // Exit code 0 means that the session ended as the operator wanted, with a finished contour.
