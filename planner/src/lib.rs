@@ -23,6 +23,7 @@ pub mod contour;
 pub mod drawing;
 pub mod file;
 pub mod finish;
+mod finish_error;
 pub mod inspect;
 pub mod job;
 pub mod left_out;

@@ -26,12 +26,12 @@ pub struct Selection {
     /// Whether open curves are left out. Otherwise they are an error.
     pub leave_out_open: bool,
     /// The contour to take of an outline that is drawn as a stroke with width.
-    pub stroke: Option<Stroke>,
+    pub stroke: Option<InkSide>,
 }
 
 /// The contour to take of an outline that is drawn as a stroke with width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stroke {
+pub enum InkSide {
     /// The outer boundary of the ink.
     Outer,
     /// The inner boundary of the ink.
@@ -190,12 +190,12 @@ impl Selection {
         }
         match self.stroke {
             None => SelectError::of_strokes(outlines, &strokes).map_or(Ok(()), Err),
-            Some(Stroke::Part) => Ok(()),
-            Some(Stroke::Outer) => {
+            Some(InkSide::Part) => Ok(()),
+            Some(InkSide::Outer) => {
                 strokes.iter().for_each(|stroke| keep[stroke.inner] = false);
                 Ok(())
             }
-            Some(Stroke::Inner) => {
+            Some(InkSide::Inner) => {
                 strokes.iter().for_each(|stroke| keep[stroke.outer] = false);
                 Ok(())
             }

@@ -41,7 +41,10 @@ pub enum SizeQuestion {
         likely: String,
     },
     /// The file states no unit.
-    #[error("the file states no unit, so the program reads mm: the part is {} mm. {likely} --units states it.", size(*size_mm))]
+    #[error(
+        "the file states no unit, so the program reads mm: the part is {} mm. {likely} --units states it.",
+        size(*size_mm)
+    )]
     NoUnit {
         /// Its size, mm.
         size_mm: Mm2,

@@ -8,7 +8,7 @@ use keepout_planner::plan::PassParameters;
 use keepout_planner::plan_file;
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
-use keepout_planner::select::{Selection, Stroke};
+use keepout_planner::select::{InkSide, Selection};
 use keepout_tests::{area_mm2, order, plan_of};
 use serde::Deserialize;
 
@@ -109,9 +109,9 @@ impl Case {
             most_area_mm2: self.max_area,
             leave_out_open: self.leave_out_open,
             stroke: match self.stroke.as_deref() {
-                Some("outer") => Some(Stroke::Outer),
-                Some("inner") => Some(Stroke::Inner),
-                Some("part") => Some(Stroke::Part),
+                Some("outer") => Some(InkSide::Outer),
+                Some("inner") => Some(InkSide::Inner),
+                Some("part") => Some(InkSide::Part),
                 None => None,
                 Some(other) => return Err(format!("no stroke {other}")),
             },

@@ -10,7 +10,7 @@ use keepout_planner::profile::Profile;
 use keepout_planner::request::PlanRequestError;
 
 use super::before::refuse_other_drawing;
-use super::job::Job;
+use super::job::JobFolder;
 use super::plan::{refuse_same, request_of};
 use super::take::{TakeMethod, Taken, take};
 use super::{AlignArguments, CliError, RunArguments, pair};
@@ -26,14 +26,14 @@ pub fn probe_point(text: &str) -> Result<ProbePoint, String> {
 }
 
 pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
-    let job = Job::at(&given.drawing.drawing)?;
+    let job = JobFolder::at(&given.drawing.drawing)?;
     let mut arguments = given.clone();
     if let Some(job) = &job {
         arguments.drawing = job.drawing_arguments(&given.drawing);
         arguments.side = job.file.side.unwrap_or(given.side);
     }
     let arguments = &arguments;
-    let own = job.as_ref().map(Job::alignment);
+    let own = job.as_ref().map(JobFolder::alignment);
     let output =
         arguments.output.clone().or(own).ok_or_else(|| {
             CliError::Argument("give the output file with -o, or the folder of a job".into())

@@ -106,7 +106,7 @@ pub fn default_log(plan: &Path, began: &str) -> PathBuf {
 }
 
 /// The page before the first motion.
-pub struct Page<'a> {
+pub struct ConfirmPage<'a> {
     pub plan: &'a CertifiedPlan,
     pub arguments: &'a RunArguments,
     pub operator: &'a str,
@@ -116,7 +116,7 @@ pub struct Page<'a> {
     pub log: Option<&'a Path>,
 }
 
-impl Page<'_> {
+impl ConfirmPage<'_> {
     fn lines(&self) -> Vec<String> {
         let Self { plan, arguments, operator, port, place, progress, log } = self;
         let made = &plan.plan;

@@ -15,12 +15,12 @@ use super::screen::Screen;
 
 /// The contours that are cut and left, in words. Computed anew only when a contour is finished.
 #[derive(Default)]
-pub struct Tally {
+pub struct TallyLine {
     finished: Option<usize>,
     words: String,
 }
 
-impl Tally {
+impl TallyLine {
     /// The contours after the supervisor's progress.
     pub fn of(&mut self, supervisor: &Supervisor) -> &str {
         let finished = supervisor.finished().len();
@@ -38,7 +38,7 @@ pub struct Display {
     bar: ProgressBar,
     screen: Option<Screen>,
     panel: Panel,
-    tally: Tally,
+    tally: TallyLine,
     phase: Option<Phase>,
     finished: usize,
     /// Numbers of notices taken from the panel and from the supervisor.
@@ -53,7 +53,7 @@ impl Display {
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
             bar.set_style(style);
         }
-        let (tally, taken) = (Tally::default(), (0, 0));
+        let (tally, taken) = (TallyLine::default(), (0, 0));
         Self { bar, screen, panel, tally, phase: None, finished: 0, taken, helped: false }
     }
 

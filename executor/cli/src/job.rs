@@ -78,12 +78,12 @@ impl TitleBlock {
 
 /// A job's folder, with its settings.
 #[derive(Clone, Debug)]
-pub struct Job {
+pub struct JobFolder {
     pub folder: PathBuf,
     pub file: JobFile,
 }
 
-impl Job {
+impl JobFolder {
     /// The job at a path; `None` if the path is no folder.
     pub fn at(path: &Path) -> Result<Option<Self>, CliError> {
         if !path.is_dir() {

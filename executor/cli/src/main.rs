@@ -20,6 +20,7 @@ mod replay;
 mod report;
 mod resume;
 mod run;
+mod run_arguments;
 mod screen;
 mod shell;
 #[cfg(unix)]
@@ -33,10 +34,11 @@ use std::process::ExitCode;
 
 use arguments::{
     AlignArguments, Arguments, CertifyTime, CliCommand, DrawingArguments, Extra, InspectArguments,
-    MachineArgument, PlanArguments, RunArguments, ShowArguments,
+    PlanArguments, ShowArguments,
 };
 use clap::Parser;
 pub use error::CliError;
+use run_arguments::{MachineArgument, RunArguments};
 use values::pair;
 
 /// Runs the command.

@@ -20,7 +20,7 @@ use keepout_planner::request::{PlanRequest, PlanRequestError, Stage};
 use keepout_planner::select::Selection;
 use keepout_planner::{plan_file, sha256};
 
-use super::job::Job;
+use super::job::JobFolder;
 use super::shell::print_lines;
 use super::store::StoredMachine;
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
@@ -117,7 +117,7 @@ pub fn request_of(arguments: &DrawingArguments) -> Result<PlanRequest, CliError>
 
 pub fn inspect(given: &InspectArguments) -> Result<ExitCode, CliError> {
     let mut arguments = given.clone();
-    if let Some(job) = Job::at(&given.drawing.drawing)? {
+    if let Some(job) = JobFolder::at(&given.drawing.drawing)? {
         arguments.drawing = job.drawing_arguments(&given.drawing);
         arguments.output.get_or_insert_with(|| job.path("drawing.svg"));
     }
@@ -153,7 +153,7 @@ pub fn inspect(given: &InspectArguments) -> Result<ExitCode, CliError> {
 }
 
 pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
-    let job = Job::at(&given_arguments.drawing.drawing)?;
+    let job = JobFolder::at(&given_arguments.drawing.drawing)?;
     let arguments = &match &job {
         Some(job) => job.plan_arguments(given_arguments)?,
         None => given_arguments.clone(),
@@ -178,23 +178,7 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     if let Some(alignment) = &arguments.alignment {
         request.choice.placed = AlignmentFile::load(alignment)?.placed();
     }
-    request.selection = Selection {
-        at: arguments.at.clone(),
-        least_area_mm2: arguments.min_area_mm2,
-        most_area_mm2: arguments.max_area_mm2,
-        leave_out_open: arguments.leave_out_open,
-        stroke: arguments.stroke.map(Into::into),
-    };
-    request.keep_out_layers.clone_from(&arguments.keep_out_layer);
-    request.travel_layer.clone_from(&arguments.travel_layer);
-    request.job = PlanParameters {
-        tool_diameter_mm,
-        stock_to_leave_mm,
-        side: arguments.side.map_or(MachinedSide::Outside, Into::into),
-        margin_mm: arguments.margin_mm,
-        passes: arguments.pass.clone(),
-        cut: arguments.cut.map_or(Cut::default(), Into::into),
-    };
+    apply_choices(&mut request, arguments, (tool_diameter_mm, stock_to_leave_mm));
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let certified = make(path, &bytes, &request, &machine, arguments.drawing.limit_s)?;
     let replaced = match &job {
@@ -220,6 +204,31 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Puts the choices of the command line into the request: contours, layers, and the cut.
+fn apply_choices(
+    request: &mut PlanRequest,
+    arguments: &PlanArguments,
+    (tool_diameter_mm, stock_to_leave_mm): (f64, f64),
+) {
+    request.selection = Selection {
+        at: arguments.at.clone(),
+        least_area_mm2: arguments.min_area_mm2,
+        most_area_mm2: arguments.max_area_mm2,
+        leave_out_open: arguments.leave_out_open,
+        stroke: arguments.stroke.map(Into::into),
+    };
+    request.keep_out_layers.clone_from(&arguments.keep_out_layer);
+    request.travel_layer.clone_from(&arguments.travel_layer);
+    request.job = PlanParameters {
+        tool_diameter_mm,
+        stock_to_leave_mm,
+        side: arguments.side.map_or(MachinedSide::Outside, Into::into),
+        margin_mm: arguments.margin_mm,
+        passes: arguments.pass.clone(),
+        cut: arguments.cut.map_or(Cut::default(), Into::into),
+    };
+}
+
 /// Whether the file holds this plan.
 fn is_in(plan: &CertifiedPlan, path: &Path) -> bool {
     let encoded = plan_file::encode(&plan.plan);
@@ -236,8 +245,8 @@ fn refuse_to_replace(plan: &CertifiedPlan, path: &Path, overwrite: bool) -> Resu
         return Ok(true);
     }
     Err(CliError::Argument(format!(
-        "{} exists and holds another plan. Logs of that plan need it to be replayed or resumed. Choose another name, or \
-         give --overwrite.",
+        "{} exists and holds another plan. Logs of that plan need it to be replayed or resumed. Choose another \
+         name, or give --overwrite.",
         path.display()
     )))
 }
@@ -298,11 +307,11 @@ pub fn load(path: &Path, time: CertifyTime) -> Result<CertifiedPlan, CliError> {
 
 /// The plan file at a path, or of the job there.
 pub fn plan_path(path: &Path) -> Result<PathBuf, CliError> {
-    Ok(Job::at(path)?.map_or_else(|| path.to_path_buf(), |job| job.plan()))
+    Ok(JobFolder::at(path)?.map_or_else(|| path.to_path_buf(), |job| job.plan()))
 }
 
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
-    let job = Job::at(&arguments.plan)?;
+    let job = JobFolder::at(&arguments.plan)?;
     let own = job.as_ref().map(|job| job.path("plan.svg"));
     let output =
         arguments.output.clone().or(own).ok_or_else(|| {

@@ -7,7 +7,7 @@ use clap::Args;
 use keepout_executor::session::page_of_log;
 use keepout_executor::supervisor::PreparedPlan;
 
-use super::job::Job;
+use super::job::JobFolder;
 use super::plan::{check_ending, write};
 use super::replay::{Played, find_plan_in, open};
 use super::{CertifyTime, CliError};
@@ -28,7 +28,7 @@ pub struct ReportArguments {
 }
 
 pub fn report(arguments: &ReportArguments) -> Result<ExitCode, CliError> {
-    if let Some(job) = Job::at(&arguments.log)? {
+    if let Some(job) = JobFolder::at(&arguments.log)? {
         return of_job(&job, arguments.time);
     }
     let output = arguments
@@ -39,7 +39,7 @@ pub fn report(arguments: &ReportArguments) -> Result<ExitCode, CliError> {
 }
 
 /// Makes the page of a job's last run in its folder.
-pub fn of_job(job: &Job, time: CertifyTime) -> Result<ExitCode, CliError> {
+pub fn of_job(job: &JobFolder, time: CertifyTime) -> Result<ExitCode, CliError> {
     let log = job.last_log()?;
     let plan = find_plan_in(&log, &job.folder)?;
     make(&log, Some(&plan), &job.path("report.html"), &job.file.title.rows(), time)

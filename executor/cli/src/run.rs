@@ -24,16 +24,16 @@ use keepout_sim::ServoConfig;
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 
 use super::align::placed;
-use super::before::{OperatorName, Page, check_output, default_log, refuse_margin_of_simulation};
+use super::before::{ConfirmPage, OperatorName, check_output, default_log, refuse_margin_of_simulation};
 use super::display::Display;
-use super::job::Job;
+use super::job::JobFolder;
 use super::operator_setup::{OperatorSetup, set_up};
 use super::plan::{given, load, refuse_same, write};
 use super::resume::{fits, progress_of};
 use super::{CliError, MachineArgument, RunArguments};
 
 pub fn run(given: &RunArguments) -> Result<ExitCode, CliError> {
-    match Job::at(&given.plan)? {
+    match JobFolder::at(&given.plan)? {
         None => run_plan(given),
         Some(job) => in_job(&job, given),
     }
@@ -41,7 +41,7 @@ pub fn run(given: &RunArguments) -> Result<ExitCode, CliError> {
 
 /// Continues the last run of a job.
 pub fn resume(given: &RunArguments) -> Result<ExitCode, CliError> {
-    let Some(job) = Job::at(&given.plan)? else {
+    let Some(job) = JobFolder::at(&given.plan)? else {
         let reason = format!(
             "{} is no folder of a job. `keepout run PLAN --resume LOG` takes files.",
             given.plan.display()
@@ -53,7 +53,7 @@ pub fn resume(given: &RunArguments) -> Result<ExitCode, CliError> {
 }
 
 /// Runs a job, and makes its report.
-fn in_job(job: &Job, given: &RunArguments) -> Result<ExitCode, CliError> {
+fn in_job(job: &JobFolder, given: &RunArguments) -> Result<ExitCode, CliError> {
     let arguments = job.run_arguments(given)?;
     let code = run_plan(&arguments)?;
     let ran = arguments.log.as_ref().is_some_and(|log| log.exists());
@@ -94,15 +94,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         title: arguments.title.clone(),
         names_log: arguments.log.is_none(),
     };
-    if arguments.port.is_some() && arguments.origin_mm.is_none() {
-        let reason =
-            "a real machine needs the drawing's origin: --alignment, --origin-mm, or `keepout align JOB`";
-        return Err(CliError::Argument(reason.into()));
-    }
-    if arguments.port.is_some() && !arguments.home && !arguments.homed {
-        let reason = "a real machine needs --home (tool raised), or --homed if it was homed since power-up";
-        return Err(CliError::Argument(reason.into()));
-    }
+    refuse_unlocated(arguments)?;
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
     let work = PreparedPlan::new(plan);
     let progress = match &arguments.resume {
@@ -133,6 +125,20 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
             on_simulation(work, &run, setup, &Recording { log, operator, machine, simulated: true }, &outputs)
         }
     }
+}
+
+/// Refuses a real machine that does not know where it or the drawing is.
+fn refuse_unlocated(arguments: &RunArguments) -> Result<(), CliError> {
+    if arguments.port.is_some() && arguments.origin_mm.is_none() {
+        let reason =
+            "a real machine needs the drawing's origin: --alignment, --origin-mm, or `keepout align JOB`";
+        return Err(CliError::Argument(reason.into()));
+    }
+    if arguments.port.is_some() && !arguments.home && !arguments.homed {
+        let reason = "a real machine needs --home (tool raised), or --homed if it was homed since power-up";
+        return Err(CliError::Argument(reason.into()));
+    }
+    Ok(())
 }
 
 /// The time limit. A run with a person has none by default.
@@ -288,7 +294,7 @@ fn on_port(
     let dialect_name = dialect_name(arguments)?;
     let place = place_on_table(&work.plan, &machine, arguments.origin_mm)?;
     let log = outputs.log.as_deref();
-    let page = Page {
+    let page = ConfirmPage {
         plan: &work.plan,
         arguments,
         operator: &operator.name,

@@ -20,7 +20,7 @@ use keepout_planner::Mm2;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{mm, point_mm};
 
-use super::display::Tally;
+use super::display::TallyLine;
 use super::operator_setup::HELP;
 use super::view::{Headline, ScreenOutline, Tone, ViewFacts, draw, headline_lines};
 use crate::input::TerminalError;
@@ -52,7 +52,7 @@ pub struct Screen {
     notices: Vec<String>,
     /// Numbers of notices taken from the panel and from the supervisor.
     taken: (usize, usize),
-    tally: Tally,
+    tally: TallyLine,
     keys: &'static str,
     _screen: SecondScreen,
 }
@@ -74,7 +74,7 @@ impl Screen {
             panel,
             notices: Vec::new(),
             taken: (0, 0),
-            tally: Tally::default(),
+            tally: TallyLine::default(),
             keys,
             _screen: screen,
         })

@@ -16,6 +16,11 @@ fn text(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
+fn plan_with(machine: &str, plan: &str) -> Output {
+    let tool = ["--tool-diameter", "6", "--machine-profile", machine];
+    keepout(&[&["plan", &bracket(), "-o", plan, "--overwrite"], &tool[..]].concat())
+}
+
 #[test]
 fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     let folder = folder("drives-budget");
@@ -28,17 +33,7 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     let table = printed(&output);
     let line = table.lines().find(|line| line.starts_with("contour error 0.")).unwrap().to_string();
     let plan = folder.join("part.plan").display().to_string();
-    let planned = keepout(&[
-        "plan",
-        &bracket(),
-        "--tool-diameter",
-        "6",
-        "--machine-profile",
-        &machine,
-        "-o",
-        &plan,
-        "--overwrite",
-    ]);
+    let planned = plan_with(&machine, &plan);
     assert_eq!(code(&planned), 0, "{}", complaint(&planned));
     let margin = printed(&planned);
     let term =
@@ -56,17 +51,7 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
         .collect();
     let bare_profile = folder.join("bare.toml").display().to_string();
     std::fs::write(&bare_profile, bare).unwrap();
-    let planned = keepout(&[
-        "plan",
-        &bracket(),
-        "--tool-diameter",
-        "6",
-        "--machine-profile",
-        &bare_profile,
-        "--overwrite",
-        "-o",
-        &plan,
-    ]);
+    let planned = plan_with(&bare_profile, &plan);
     assert_eq!(code(&planned), 0, "{}", complaint(&planned));
     assert_eq!(code(&keepout(&["verify", &plan])), 0);
     assert!(source.contains("Koren & Lo, Table 2") && source.contains("754 mm/min"), "{source}");
@@ -85,17 +70,7 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     assert!(at_the_machine(&plan).contains(note), "{}", at_the_machine(&plan));
     let profile = text(Path::new(&machine)).replacen("simulated GRBL 1.1 table", "mill", 1);
     std::fs::write(&machine, profile).unwrap();
-    let planned = keepout(&[
-        "plan",
-        &bracket(),
-        "--tool-diameter",
-        "6",
-        "--machine-profile",
-        &machine,
-        "-o",
-        &plan,
-        "--overwrite",
-    ]);
+    let planned = plan_with(&machine, &plan);
     assert_eq!(code(&planned), 0, "{}", complaint(&planned));
     assert!(!at_the_machine(&plan).contains(note), "{}", at_the_machine(&plan));
 }

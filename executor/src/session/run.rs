@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use keepout_guard::Time;
 use keepout_kernel::Point;
@@ -11,83 +11,13 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::point_mm;
 use keepout_planner::{Box2, Mm2};
 
+use super::clock::Clock;
 use super::engine::Engine;
 use super::event_log::{EventLog, EventLogError, LoggedEvent};
 use super::outcome::{Ending, JobOutcome};
 use crate::operator::{Operator, OperatorView};
 use crate::session::port::{Port, PortError};
 use crate::supervisor::{JobRequest, OperatorCommand, Phase, Supervisor};
-
-/// A source of time.
-pub trait Clock {
-    /// The time now.
-    fn now(&mut self) -> Time;
-    /// Waits for the next event, until `until` at the latest.
-    fn wait(&mut self, until: Time);
-    /// Whether this is real time. The session then runs the planner in a thread of its own.
-    fn is_real(&self) -> bool;
-}
-
-/// The computer's monotonic clock.
-#[derive(Debug)]
-pub struct RealClock {
-    began: Instant,
-}
-
-impl Default for RealClock {
-    fn default() -> Self {
-        Self { began: Instant::now() }
-    }
-}
-
-impl Clock for RealClock {
-    fn now(&mut self) -> Time {
-        Time::ZERO.after(self.began.elapsed())
-    }
-
-    fn wait(&mut self, until: Time) {
-        let left = until.since(self.now());
-        std::thread::sleep(left.min(Duration::from_micros(500)));
-    }
-
-    fn is_real(&self) -> bool {
-        true
-    }
-}
-
-/// A clock that advances only in [`Clock::wait`].
-#[derive(Debug, Default)]
-pub struct VirtualClock {
-    now: Time,
-}
-
-impl Clock for VirtualClock {
-    fn now(&mut self) -> Time {
-        self.now
-    }
-
-    fn wait(&mut self, until: Time) {
-        self.now = until.max(self.now.after(Duration::from_micros(1)));
-    }
-
-    fn is_real(&self) -> bool {
-        false
-    }
-}
-
-impl<C: Clock> Clock for &mut C {
-    fn now(&mut self) -> Time {
-        (**self).now()
-    }
-
-    fn wait(&mut self, until: Time) {
-        (**self).wait(until);
-    }
-
-    fn is_real(&self) -> bool {
-        (**self).is_real()
-    }
-}
 
 /// Longest time from the halt of a session to standstill.
 const REST_WITHIN: Duration = Duration::from_secs(10);

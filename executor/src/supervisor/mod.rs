@@ -11,6 +11,7 @@ mod event;
 mod fault;
 mod input;
 mod jog;
+mod options;
 mod polling;
 mod prepared_plan;
 mod start;
@@ -35,32 +36,15 @@ pub use jog::Limits;
 use jog::{JogContext, JogPlanner, WallContact};
 use keepout_guard::{Guard, Time};
 use keepout_kernel::Point;
-use keepout_kernel::exact::segment::Window;
 use keepout_planner::Mm2;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
+pub use options::Options;
 use polling::Polling;
 pub use prepared_plan::PreparedPlan;
 use prepared_plan::rules;
 pub use state::Phase;
 use state::{State, Touch};
-
-/// Options of a session.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// Feed of the finishing contour, mm/min.
-    pub feed_mm_min: u32,
-    /// Home the machine before the start.
-    pub home: bool,
-    /// The machine's travel, drawing coordinates.
-    pub travel: Window,
-    /// Longest permitted silence of the controller.
-    pub answer_within: Duration,
-    /// Baud rate of the line.
-    pub baud: u32,
-    /// Progress of the plan's contours in earlier sessions.
-    pub progress: Progress,
-}
 
 /// Counters for the report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 
 use keepout_guard::{Interpolation, OnCancel};
+use keepout_kernel::exact::segment::Window;
 use keepout_planner::Mm2;
 use keepout_planner::job::ContourJob;
 use keepout_planner::job::JobError;

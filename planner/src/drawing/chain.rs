@@ -1,10 +1,10 @@
 //! Joins curves end to end into closed loops on the lattice, and lists the repairs and the problems.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::f64::consts::TAU;
 
 use keepout_kernel::arc_view::onto_bisector;
-use keepout_kernel::curve::{fit_arc, half_circle_parts, nearest_unit};
+use keepout_kernel::curve::{fit_arc, half_circle_parts};
 use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::{ArcView, Curve, Length, Point, Segment, Turn, UNITS_PER_MM, Vec2, Vector};
 
@@ -12,7 +12,7 @@ use super::fit::{BezierFault, chain_along, on_lattice};
 use super::join::{Joiner, distance_mm};
 use super::placement::elliptic_beziers;
 use super::{
-    Drawing, DrawingError, Origin, Problem, RawBezier, RawCurve, Repair, doubled, overlap, untangle,
+    Drawing, DrawingError, Origin, Problem, RawBezier, RawCurve, Repair, doubled, overlap, repeated, untangle,
 };
 use crate::profile::{Profile, ProfileEdge, ProfileLoop, SourceCurve};
 use crate::units::{length_up_from_mm, point_from_mm};
@@ -187,7 +187,7 @@ fn chain_within(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chaine
     if let Some((at, count)) = zero {
         chained.repairs.push(Repair::ZeroLength { at, count });
     }
-    drop_duplicates(&mut pieces, &mut chained.repairs);
+    repeated::drop_duplicates(&mut pieces, &mut chained.repairs);
     let mut joiner = Joiner::new(pieces, join_mm);
     joiner.drop_specks(&mut chained.repairs);
     joiner.coincident();
@@ -259,69 +259,6 @@ fn lattice_pieces(
         }
     }
     Ok(())
-}
-
-/// The identity of a curve: its ends and its bend, equal for both directions of travel.
-type Key = ((Point, Point), Vec<i64>);
-
-fn key_of(piece: &Piece) -> Key {
-    let forwards = piece.from < piece.to;
-    let ends = if forwards { (piece.from, piece.to) } else { (piece.to, piece.from) };
-    let bend = match &piece.bend {
-        Bend::Straight => Vec::new(),
-        // The same arc drawn in the other direction has the opposite turn.
-        Bend::Round(Vec2 { x, y }, turn, _) => {
-            vec![nearest_unit(*x), nearest_unit(*y), i64::from((*turn == Turn::CounterClockwise) == forwards)]
-        }
-        Bend::Free(curve) => {
-            let units = |(p, &w): (&Point, &u64)| {
-                [i64::from(p.x.units()), i64::from(p.y.units()), i64::try_from(w).unwrap_or(i64::MAX)]
-            };
-            let mut control: Vec<[i64; 3]> = curve.control().iter().zip(curve.weights()).map(units).collect();
-            if !forwards {
-                control.reverse();
-            }
-            control.into_iter().flatten().collect()
-        }
-    };
-    (ends, bend)
-}
-
-/// Drops entities that are closed contours and repeat another such contour, and all other pieces that repeat
-/// a piece of another entity. A contour of one entity is dropped whole or not at all.
-fn drop_duplicates(pieces: &mut Vec<Piece>, repairs: &mut Vec<Repair>) {
-    let keys: Vec<Key> = pieces.iter().map(key_of).collect();
-    let mut doubled: HashSet<usize> = HashSet::new();
-    let mut contours: HashSet<Vec<&Key>> = HashSet::new();
-    let mut seen: HashMap<&Key, u32> = HashMap::new();
-    let mut end = 0;
-    for group in pieces.chunk_by(|a, b| a.origin == b.origin && a.whole == b.whole) {
-        let range = end..end + group.len();
-        end = range.end;
-        if !group[0].whole {
-            continue;
-        }
-        let mut contour: Vec<&Key> = keys[range.clone()].iter().collect();
-        contour.sort();
-        if contours.insert(contour) {
-            keys[range].iter().for_each(|key| _ = seen.insert(key, group[0].origin));
-        } else {
-            doubled.extend(range);
-        }
-    }
-    for (i, piece) in pieces.iter().enumerate().filter(|(_, piece)| !piece.whole) {
-        if *seen.entry(&keys[i]).or_insert(piece.origin) != piece.origin {
-            doubled.insert(i);
-        }
-    }
-    let mut dropped: Vec<usize> = doubled.iter().copied().collect();
-    dropped.sort_unstable();
-    for i in dropped {
-        repairs.push(Repair::DuplicateDropped { at: pieces[i].from, length_mm: pieces[i].length_mm() });
-    }
-    if !doubled.is_empty() {
-        remove(pieces, &doubled);
-    }
 }
 
 /// Removes pieces. The ends that were joined to them become loose.

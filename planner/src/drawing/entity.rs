@@ -1,7 +1,8 @@
 //! Entities in the coordinates of the file: the geometry of those that can bound a part, and the kind of
 //! every other.
 
-use super::tags::{Damage, FilePlace, Tag};
+use super::damage::{Damage, FilePlace};
+use super::tags::Tag;
 
 /// A point or vector of the file.
 pub type Vec3 = [f64; 3];

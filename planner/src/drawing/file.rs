@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use encoding_rs::Encoding;
 
+use super::damage::Damage;
 use super::entity::{Entity, Fields, Hidden, Shape, Vec3, polyline, shape_of};
-use super::tags::{Damage, Tag, Tags};
+use super::tags::{Tag, Tags};
 
 /// The parts of a DXF file that matter for contours.
 #[derive(Debug, Default)]

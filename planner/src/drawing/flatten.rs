@@ -1,14 +1,15 @@
 //! Turns entities into curves: expands inserts of blocks, rotates planes, and projects all onto the xy plane.
 
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use super::entity::{Boundary, Ellipse, Entity, Hidden, Insert, Polyline, Shape, Vec3};
+use super::entity::{Boundary, Entity, Hidden, Insert, Polyline, Shape, Vec3};
 use super::file::{DxfFile, folded};
 use super::import::EntityFilter;
-use super::placement::{Placement, bulge, cross, unit};
-use super::{Drawing, DrawingError, LeftOutCurve, LeftOutReason, Origin, PolylineChain, RawCurve, spline};
-use crate::Mm2;
+use super::placement::Placement;
+use super::{
+    Drawing, DrawingError, LeftOutCurve, LeftOutReason, Origin, PolylineChain, RawCurve, entity_curves,
+    spline,
+};
 
 /// Largest depth of blocks within blocks.
 const DEPTH_MAX: usize = 32;
@@ -184,7 +185,8 @@ impl<'a> Flattener<'a> {
         drawing.runs.truncate(runs);
         drawing.origins.truncate(origins);
         if read.is_ok() {
-            let left_out = |curve| LeftOutCurve { points: points_of(&curve), reason: reason.clone() };
+            let left_out =
+                |curve| LeftOutCurve { points: entity_curves::points_of(&curve), reason: reason.clone() };
             drawing.aside.extend(taken.into_iter().map(left_out));
         }
     }
@@ -266,16 +268,16 @@ impl<'a> Flattener<'a> {
             }
             Shape::Arc { centre, radius, angles } => {
                 closed = angles.is_none();
-                problem = arc(&plane, *centre, *radius, *angles, out).err();
+                problem = entity_curves::arc(&plane, *centre, *radius, *angles, out).err();
             }
             Shape::Ellipse(ellipse) => {
                 // The ellipse of a hatch is in the hatch's plane, that of an entity is in space. The caller
                 // passes the fitting placement.
-                problem = self::ellipse(placement, ellipse, normal, out).err();
+                problem = entity_curves::ellipse(placement, ellipse, normal, out).err();
             }
             Shape::Polyline(line) => {
                 closed = line.closed;
-                polyline(if line.planar { &plane } else { placement }, line, out);
+                entity_curves::polyline(if line.planar { &plane } else { placement }, line, out);
             }
             Shape::Spline(spline) => problem = spline::pieces(spline, placement, out).err(),
             Shape::Hatch(paths) => return self.hatch(paths, &plane, origin),
@@ -283,7 +285,7 @@ impl<'a> Flattener<'a> {
                 closed = true;
                 let vertices = corners.iter().map(|&corner| (corner, 0.0)).collect();
                 let line = Polyline { vertices, closed, planar: true, kind: "SOLID" };
-                polyline(&plane, &line, out);
+                entity_curves::polyline(&plane, &line, out);
             }
             Shape::Insert(_) | Shape::Other(_) => {}
         }
@@ -331,16 +333,6 @@ impl<'a> Flattener<'a> {
     }
 }
 
-/// Points along a curve, for a picture.
-fn points_of(curve: &RawCurve) -> Vec<Mm2> {
-    let shares = |count: u8| (0..=count).map(move |k| f64::from(k) / f64::from(count));
-    match curve {
-        RawCurve::Line { from, to } => vec![*from, *to],
-        RawCurve::Arc { arc, .. } => shares(24).map(|share| arc.at(share).into()).collect(),
-        RawCurve::Bezier(bezier) => shares(12).map(|share| bezier.at(share)).collect(),
-    }
-}
-
 /// The name of an entity that the filter takes, or the reason why it does not.
 fn kind_of(shape: &Shape, filter: &EntityFilter) -> Result<&'static str, String> {
     match shape {
@@ -368,75 +360,4 @@ pub(super) fn name_of(shape: &Shape) -> Result<&'static str, &'static str> {
         Shape::Hatch(_) => "HATCH",
         Shape::Solid(_) => "SOLID",
     })
-}
-
-fn arc(
-    plane: &Placement,
-    centre: Vec3,
-    radius: f64,
-    angles: Option<(f64, f64)>,
-    out: &mut Vec<RawCurve>,
-) -> Result<(), &'static str> {
-    if radius < 0.0 {
-        return Err("its radius is negative");
-    }
-    if radius == 0.0 {
-        return Ok(());
-    }
-    let (start, sweep) = match angles {
-        None => (0.0, TAU),
-        Some((start, end)) => (start.to_radians(), sweep_of(start.to_radians(), end.to_radians())?),
-    };
-    plane.arc(centre, ([radius, 0.0, 0.0], [0.0, radius, 0.0]), start, sweep, out);
-    Ok(())
-}
-
-/// The angle from `start` forward to `end`, radians.
-///
-/// Exporters round 2π, so a sweep up to 1e-4 rad above a full turn counts as a full turn. A sweep below a
-/// full turn leaves a gap, which the joiner closes like any other gap. If `end` is less than `start`, the arc
-/// crosses angle 0, and a small sweep is a short arc, not a full turn.
-///
-/// # Errors
-/// Equal angles are ambiguous: some programs read a full turn, others read no arc.
-fn sweep_of(start: f64, end: f64) -> Result<f64, &'static str> {
-    const ROUNDED: f64 = 1e-4;
-    const EXACT: f64 = 1e-9;
-    let turned = end - start;
-    if turned == 0.0 {
-        return Err(
-            "it begins and ends at the same angle: some programs read a full turn, others read no arc",
-        );
-    }
-    let sweep = turned.rem_euclid(TAU);
-    let over = if turned > 0.0 { ROUNDED } else { EXACT };
-    let whole = turned.abs() > 1.0 && sweep < over || TAU - sweep < EXACT;
-    Ok(if whole { TAU } else { sweep })
-}
-
-fn ellipse(
-    placement: &Placement,
-    ellipse: &Ellipse,
-    normal: Vec3,
-    out: &mut Vec<RawCurve>,
-) -> Result<(), &'static str> {
-    let Ellipse { centre, major, ratio, range: (start, end) } = *ellipse;
-    let normal = unit(normal).unwrap_or([0.0, 0.0, 1.0]);
-    let minor = cross(normal, major).map(|c| c * ratio);
-    let sweep = sweep_of(start, end)?;
-    if ratio == 0.0 || major == [0.0; 3] {
-        return Err("one of its axes has no length");
-    }
-    placement.arc(centre, (major, minor), start, sweep, out);
-    Ok(())
-}
-
-fn polyline(placement: &Placement, line: &Polyline, out: &mut Vec<RawCurve>) {
-    let vertices = &line.vertices;
-    for (i, &(from, b)) in vertices.iter().enumerate() {
-        let Some(&(to, _)) = vertices.get(i + 1).or_else(|| vertices.first().filter(|_| line.closed)) else {
-            return;
-        };
-        bulge(placement, from, to, b, out);
-    }
 }

@@ -1,7 +1,8 @@
 //! The boundaries of a HATCH. The meaning of its groups depends on their order.
 
+use super::damage::Damage;
 use super::entity::{Boundary, Ellipse, Shape, Spline, Vec3};
-use super::tags::{Damage, Tag};
+use super::tags::Tag;
 
 /// The boundary paths of a hatch, from its groups.
 ///

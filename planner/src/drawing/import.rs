@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::damage::Damage;
 use super::file::{DxfFile, folded, read};
 use super::flatten::{Flattener, name_of};
 use super::placement::Placement;
-use super::tags::Damage;
 use super::{Drawing, DrawingError, LeftOutReason, UnitSource};
 use crate::Mm2;
 use crate::file::{FileError, FileKind};

@@ -60,7 +60,8 @@ impl JobPage {
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\n\
              <style>{STYLE}</style></head>\n<body><h1>{title}</h1>\n{}\n{outcome}\n<figure>{}</figure>\n\
-             <div class=\"columns\"><div><h2>Contours</h2>\n{}</div>\n<div><h2>Part, tool and time</h2>\n{}</div></div>\n\
+             <div class=\"columns\"><div><h2>Contours</h2>\n{}</div>\n\
+             <div><h2>Part, tool and time</h2>\n{}</div></div>\n\
              <section class=\"proof\"><h2>Proof</h2>\n{}\n{timeline}<h2>The plan</h2>\n{}\n</section></body></html>\n",
             if self.head.is_empty() { String::new() } else { pairs(&self.head).to_string() },
             self.picture,

@@ -4,14 +4,17 @@ use std::fmt::Write as _;
 
 use keepout_planner::Mm2;
 
+/// Plain numbers of a small drawing, mm.
+pub type PlainXy = (f64, f64);
+
 /// A drawing in the making.
 #[derive(Clone, Default)]
-pub struct Sketch {
+pub struct SmallDrawing {
     entities: String,
     unit: Option<u8>,
 }
 
-impl Sketch {
+impl SmallDrawing {
     /// An empty drawing in millimetres.
     pub fn mm() -> Self {
         Self { entities: String::new(), unit: Some(4) }
@@ -28,38 +31,38 @@ impl Sketch {
     }
 
     /// A closed polyline on a layer, with more groups before its corners.
-    pub fn loop_on(self, layer: &str, more: &str, corners: &[(f64, f64)]) -> Self {
+    pub fn loop_on(self, layer: &str, more: &str, corners: &[PlainXy]) -> Self {
         let corners: String = corners.iter().map(|(x, y)| format!("10\n{x}\n20\n{y}\n")).collect();
         self.entity("LWPOLYLINE", layer, &format!("{more}70\n1\n{corners}"))
     }
 
     /// A rectangle on layer 0.
-    pub fn plate(self, low: (f64, f64), high: (f64, f64)) -> Self {
+    pub fn plate(self, low: PlainXy, high: PlainXy) -> Self {
         self.loop_on("0", "", &[low, (high.0, low.1), high, (low.0, high.1)])
     }
 
     /// A circle on a layer.
-    pub fn circle_on(self, layer: &str, (x, y): (f64, f64), radius: f64) -> Self {
+    pub fn circle_on(self, layer: &str, (x, y): PlainXy, radius: f64) -> Self {
         self.entity("CIRCLE", layer, &format!("10\n{x}\n20\n{y}\n40\n{radius}\n"))
     }
 
     /// A circle on layer 0.
-    pub fn circle(self, at: (f64, f64), radius: f64) -> Self {
+    pub fn circle(self, at: PlainXy, radius: f64) -> Self {
         self.circle_on("0", at, radius)
     }
 
     /// A line on layer 0.
-    pub fn line(self, (a, b): (f64, f64), (c, d): (f64, f64)) -> Self {
+    pub fn line(self, (a, b): PlainXy, (c, d): PlainXy) -> Self {
         self.entity("LINE", "0", &format!("10\n{a}\n20\n{b}\n11\n{c}\n21\n{d}\n"))
     }
 
     /// An arc on layer 0, by its angles in degrees.
-    pub fn arc(self, (x, y): (f64, f64), radius: f64, (from, to): (f64, f64)) -> Self {
+    pub fn arc(self, (x, y): PlainXy, radius: f64, (from, to): PlainXy) -> Self {
         self.entity("ARC", "0", &format!("10\n{x}\n20\n{y}\n40\n{radius}\n50\n{from}\n51\n{to}\n"))
     }
 
     /// Lines from corner to corner, each shortened or lengthened by these lengths at its start and its end.
-    pub fn lines(self, corners: &[(f64, f64)], (start, end): (f64, f64)) -> Self {
+    pub fn lines(self, corners: &[PlainXy], (start, end): PlainXy) -> Self {
         let next = corners.iter().cycle().skip(1);
         corners.iter().zip(next).fold(self, |sketch, (&a, &b)| {
             let (a, b) = (Mm2::new(a.0, a.1), Mm2::new(b.0, b.1));

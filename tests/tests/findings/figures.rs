@@ -8,7 +8,7 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::profile::MachinedSide;
 use keepout_tests::{oracle, order, plan_bytes, shared};
 
-use crate::dxf::Sketch;
+use crate::dxf::{PlainXy, SmallDrawing};
 use crate::{inspected, plan, plan_with};
 
 /// Largest number of edges of a part that the other library checks.
@@ -72,7 +72,7 @@ fn agrees(plan: &CertifiedPlan) -> Result<(), String> {
 /// The smallest case of the findings: 4.253 mm² were stated.
 #[test]
 fn rest_material_between_two_posts_is_counted_once() {
-    let posts = Sketch::mm().circle((0.0, 0.0), 1.3).circle((7.4246, 0.0), 1.3);
+    let posts = SmallDrawing::mm().circle((0.0, 0.0), 1.3).circle((7.4246, 0.0), 1.3);
     let plan = plan(&posts, 6.0).unwrap();
     agrees(&plan).unwrap();
     let area = plan.plan.finish().residual_area_mm2.unwrap();
@@ -107,11 +107,12 @@ fn rest_material_agrees_with_another_library_on_all_shared_drawings() {
 /// A hole drawn with facets counted as uncut over most of its length.
 #[test]
 fn facets_of_a_hole_are_no_rest_material() {
-    let facets: Vec<(f64, f64)> = (0..180)
+    let facets: Vec<PlainXy> = (0..180)
         .map(|k| f64::from(k) * 2_f64.to_radians())
         .map(|angle| (15.0 + 4.0 * angle.cos(), 15.0 + 4.0 * angle.sin()))
         .collect();
-    let plan = plan(&Sketch::mm().plate((0.0, 0.0), (30.0, 30.0)).loop_on("0", "", &facets), 6.0).unwrap();
+    let plan =
+        plan(&SmallDrawing::mm().plate((0.0, 0.0), (30.0, 30.0)).loop_on("0", "", &facets), 6.0).unwrap();
     let finish = plan.plan.finish();
     assert!(finish.residual_area_mm2.unwrap() < 0.05, "{:?}", finish.residual_area_mm2);
     assert!(finish.residual_length_mm < 1e-9, "{}", finish.residual_length_mm);
@@ -120,8 +121,9 @@ fn facets_of_a_hole_are_no_rest_material() {
 #[test]
 fn uncut_hole_is_rest_material_and_a_warning_names_the_largest_tool() {
     let holes = [(10.0, 8.0), (10.0, 22.0), (50.0, 8.0), (50.0, 22.0)];
-    let plate =
-        holes.iter().fold(Sketch::mm().plate((0.0, 0.0), (60.0, 30.0)), |sketch, &at| sketch.circle(at, 3.0));
+    let plate = holes
+        .iter()
+        .fold(SmallDrawing::mm().plate((0.0, 0.0), (60.0, 30.0)), |sketch, &at| sketch.circle(at, 3.0));
     let made = plan(&plate, 6.0).unwrap();
     let area = made.plan.finish().residual_area_mm2.unwrap();
     assert!((area - 4.0 * std::f64::consts::PI * 9.0).abs() < 0.01, "{area}");
@@ -150,7 +152,7 @@ fn tool_that_does_not_pass_a_neck_is_a_warning_with_the_place() {
         (28.0, 40.0),
         (0.0, 40.0),
     ];
-    let made = plan(&Sketch::mm().loop_on("0", "", &corners), 6.0).unwrap();
+    let made = plan(&SmallDrawing::mm().loop_on("0", "", &corners), 6.0).unwrap();
     let shortfalls = made.shortfalls();
     assert_eq!(shortfalls.len(), 1, "{:?}", made.warnings());
     let fits = shortfalls[0].fits_mm.unwrap();
@@ -161,10 +163,10 @@ fn tool_that_does_not_pass_a_neck_is_a_warning_with_the_place() {
 /// Crossing contours gave an area of −403 mm², and lines to and fro counted as contours.
 #[test]
 fn areas_of_drawings_with_problems_are_true() {
-    let crossing = Sketch::mm().plate((0.0, 0.0), (20.0, 20.0)).plate((10.0, 5.0), (30.0, 15.0));
+    let crossing = SmallDrawing::mm().plate((0.0, 0.0), (20.0, 20.0)).plate((10.0, 5.0), (30.0, 15.0));
     let found = inspected(&crossing);
     assert!((found.area_mm2 - 400.0).abs() < 1e-3, "{}", found.area_mm2);
-    let to_and_fro = Sketch::mm().plate((0.0, 0.0), (20.0, 20.0)).loop_on(
+    let to_and_fro = SmallDrawing::mm().plate((0.0, 0.0), (20.0, 20.0)).loop_on(
         "0",
         "",
         &[(40.0, 0.0), (90.0, 0.0), (40.0, 0.0)],
@@ -176,8 +178,10 @@ fn areas_of_drawings_with_problems_are_true() {
 
 #[test]
 fn numbers_stay_the_same_when_contours_are_left_out() {
-    let plate =
-        Sketch::mm().plate((0.0, 0.0), (60.0, 30.0)).circle((10.0, 15.0), 1.0).circle((40.0, 15.0), 5.0);
+    let plate = SmallDrawing::mm()
+        .plate((0.0, 0.0), (60.0, 30.0))
+        .circle((10.0, 15.0), 1.0)
+        .circle((40.0, 15.0), 5.0);
     let found = inspected(&plate);
     let mut request = order(3.0);
     request.selection.least_area_mm2 = Some(10.0);

@@ -1,16 +1,16 @@
 //! Part and air cannot be swapped silently.
 
-use keepout_planner::select::Stroke;
+use keepout_planner::select::InkSide;
 use keepout_tests::order;
 
-use crate::dxf::Sketch;
+use crate::dxf::{PlainXy, SmallDrawing};
 use crate::{inspected, plan, plan_with};
 
-const PLATE: [(f64, f64); 4] = [(0.0, 0.0), (60.0, 0.0), (60.0, 30.0), (0.0, 30.0)];
+const PLATE: [PlainXy; 4] = [(0.0, 0.0), (60.0, 0.0), (60.0, 30.0), (0.0, 30.0)];
 
 /// A plate whose lines end a little before its corners, with a hole.
-fn plate_with_gaps(gap: f64) -> Sketch {
-    Sketch::mm().lines(&PLATE, (-gap, 0.0)).circle((30.0, 15.0), 5.0)
+fn plate_with_gaps(gap: f64) -> SmallDrawing {
+    SmallDrawing::mm().lines(&PLATE, (-gap, 0.0)).circle((30.0, 15.0), 5.0)
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn one_remedy_closes_all_gaps_and_does_so() {
 
 #[test]
 fn open_lines_beside_the_part_are_still_left_out() {
-    let sketch = Sketch::mm().plate(PLATE[0], PLATE[2]).line((70.0, 0.0), (80.0, 10.0));
+    let sketch = SmallDrawing::mm().plate(PLATE[0], PLATE[2]).line((70.0, 0.0), (80.0, 10.0));
     let mut request = order(3.0);
     request.selection.leave_out_open = true;
     let plan = plan_with(&sketch, &request).unwrap();
@@ -54,7 +54,7 @@ fn open_lines_beside_the_part_are_still_left_out() {
 
 #[test]
 fn open_tab_on_the_outline_is_a_problem() {
-    let tab = |sketch: Sketch| {
+    let tab = |sketch: SmallDrawing| {
         sketch
             .line((20.0, 30.0), (20.0, 40.0))
             .line((20.0, 40.0), (40.0, 40.0))
@@ -62,13 +62,13 @@ fn open_tab_on_the_outline_is_a_problem() {
     };
     let mut request = order(3.0);
     request.selection.leave_out_open = true;
-    let error = plan_with(&tab(Sketch::mm().plate(PLATE[0], PLATE[2])), &request).unwrap_err();
+    let error = plan_with(&tab(SmallDrawing::mm().plate(PLATE[0], PLATE[2])), &request).unwrap_err();
     assert!(error.contains("begins and ends on a contour"), "{error}");
 }
 
 #[test]
 fn dashed_outline_around_a_hole_is_a_problem_with_two_remedies() {
-    let sketch = Sketch::mm().loop_on("0", "6\nDASHED\n", &PLATE).circle((30.0, 15.0), 5.0);
+    let sketch = SmallDrawing::mm().loop_on("0", "6\nDASHED\n", &PLATE).circle((30.0, 15.0), 5.0);
     let error = plan(&sketch, 3.0).unwrap_err();
     assert!(error.contains("line type DASHED") && error.contains("--line-type DASHED"), "{error}");
     assert_eq!(inspected(&sketch).problems.len(), 1);
@@ -83,9 +83,9 @@ fn dashed_outline_around_a_hole_is_a_problem_with_two_remedies() {
 /// A bolt circle and centre lines within a flange surround no outline.
 #[test]
 fn centre_lines_within_the_part_are_no_problem() {
-    let ring: Vec<(f64, f64)> = (0..36).map(|k| (f64::from(k) * 10_f64.to_radians()).sin_cos()).collect();
+    let ring: Vec<PlainXy> = (0..36).map(|k| (f64::from(k) * 10_f64.to_radians()).sin_cos()).collect();
     let scaled = |r: f64| ring.iter().map(|(x, y)| (r * x, r * y)).collect::<Vec<_>>();
-    let sketch = Sketch::mm()
+    let sketch = SmallDrawing::mm()
         .circle((0.0, 0.0), 40.0)
         .circle((0.0, 0.0), 10.0)
         .circle((25.0, 0.0), 3.0)
@@ -96,7 +96,7 @@ fn centre_lines_within_the_part_are_no_problem() {
 
 #[test]
 fn layer_that_surrounds_the_selected_layer_is_a_problem_until_it_is_named() {
-    let sketch = Sketch::mm().loop_on("OUTLINE", "", &PLATE).circle_on("HOLES", (30.0, 15.0), 5.0);
+    let sketch = SmallDrawing::mm().loop_on("OUTLINE", "", &PLATE).circle_on("HOLES", (30.0, 15.0), 5.0);
     let mut request = order(3.0);
     request.choice.layers = vec!["HOLES".into()];
     let error = plan_with(&sketch, &request).unwrap_err();
@@ -109,7 +109,7 @@ fn layer_that_surrounds_the_selected_layer_is_a_problem_until_it_is_named() {
 #[test]
 fn outline_drawn_as_a_stroke_is_recognised_and_a_side_is_offered() {
     let rectangle = |o: f64| [(-o, -o), (60.0 + o, -o), (60.0 + o, 30.0 + o), (-o, 30.0 + o)];
-    let sketch = Sketch::mm()
+    let sketch = SmallDrawing::mm()
         .loop_on("0", "", &rectangle(0.05))
         .loop_on("0", "", &rectangle(-0.05))
         .circle((30.0, 15.0), 5.05)
@@ -118,8 +118,8 @@ fn outline_drawn_as_a_stroke_is_recognised_and_a_side_is_offered() {
     assert!(error.contains("2 contours are drawn as strokes 0.100 mm wide"), "{error}");
     assert_eq!(inspected(&sketch).problems.len(), 1);
     for (stroke, titles) in [
-        (Stroke::Outer, ["1 outline 60.1 × 30.1", "3 hole Ø 10.100"]),
-        (Stroke::Inner, ["2 outline 59.9 × 29.9", "4 hole Ø 9.900"]),
+        (InkSide::Outer, ["1 outline 60.1 × 30.1", "3 hole Ø 10.100"]),
+        (InkSide::Inner, ["2 outline 59.9 × 29.9", "4 hole Ø 9.900"]),
     ] {
         let mut request = order(3.0);
         request.selection.stroke = Some(stroke);
@@ -131,7 +131,7 @@ fn outline_drawn_as_a_stroke_is_recognised_and_a_side_is_offered() {
 
 #[test]
 fn part_below_two_millimetres_is_asked_about_until_the_unit_is_stated() {
-    let sketch = Sketch::mm().plate((0.0, 0.0), (0.9, 0.5));
+    let sketch = SmallDrawing::mm().plate((0.0, 0.0), (0.9, 0.5));
     let error = plan(&sketch, 0.1).unwrap_err();
     assert!(
         error.contains("smaller than 2 mm") && error.contains("as inches it is 22.86 × 12.7 mm"),
@@ -145,7 +145,7 @@ fn part_below_two_millimetres_is_asked_about_until_the_unit_is_stated() {
 
 #[test]
 fn missing_unit_is_asked_about() {
-    let found = inspected(&Sketch::without_unit().plate(PLATE[0], PLATE[2]));
+    let found = inspected(&SmallDrawing::without_unit().plate(PLATE[0], PLATE[2]));
     let question = found.question.unwrap();
     assert!(
         question.contains("states no unit") && question.contains("as inches it is 1524 × 762 mm"),
@@ -160,7 +160,7 @@ fn micrometres_mils_and_a_scale_are_units() {
         let mut request = order(3.0);
         request.choice.unit = unit.map(Into::into);
         request.choice.scale = scale;
-        plan_with(&Sketch::mm().plate((0.0, 0.0), (side, side)), &request)
+        plan_with(&SmallDrawing::mm().plate((0.0, 0.0), (side, side)), &request)
             .map(|plan| plan.profile_size_mm().x)
     };
     for (unit, scale, side) in

@@ -16,6 +16,7 @@ const BARE_PAIRS: &Exceptions = &[
     ("tests/src/feel/trace.rs", "a median and a percentile"),
     ("tests/studies/src", "ranges of distances"),
     ("tests/peers", "plain numbers, as the other libraries take them"),
+    ("tests/tests/findings/dxf.rs", "plain numbers of a small drawing, as its text has them"),
     ("fuzz/src", "plain numbers of an oracle, and of a sketch before it is a drawing"),
     ("proofs/src/oracle.rs", "plain numbers of an oracle"),
 ];

@@ -20,30 +20,7 @@ use keepout_guard::Time;
 use keepout_planner::Mm2;
 
 use super::handwheel::{Handwheel, StepSize, WheelAxis};
-
-/// A key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Key {
-    /// A jog key: −1, 0 or 1 in x and y. Up is +y.
-    Jog(i8, i8),
-    /// A letter, digit or space. Letters are in lower case.
-    Character(char),
-    /// Ctrl-C.
-    Interrupt,
-    /// Any other key.
-    Other,
-}
-
-/// Event of a key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stroke {
-    /// The key went down. Without release events, a repeat also counts as down.
-    Down,
-    /// The key is still held.
-    Repeat,
-    /// The key went up.
-    Up,
-}
+pub use super::key::{Key, Stroke};
 
 /// Time that a push lasts after the last event of its key.
 pub const HELD: Duration = Duration::from_millis(150);

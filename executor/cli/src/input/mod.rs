@@ -4,6 +4,7 @@ mod attended;
 pub mod device;
 mod gamepad;
 pub mod handwheel;
+mod key;
 pub mod keyboard;
 pub mod terminal;
 
