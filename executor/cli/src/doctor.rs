@@ -91,6 +91,9 @@ fn print_examination(
     println!(
         "\n{}",
         match (fit, &found.inspector) {
+            (true, _) if found.report.mode == Mode::Alarm => {
+                "The machine is locked: only a session with --home, tool raised, can begin."
+            }
             (true, Some(_)) => "A session can begin.",
             (true, None) => "The controller answers. A session checks its settings when it begins.",
             (false, _) => "No session can begin. The lines above state the remedy.",
