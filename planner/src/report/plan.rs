@@ -73,6 +73,7 @@ const PART_EDGE: &str = "#2b2f36";
 const KEEP_OUT: &str = "#fbf3d0";
 const KEEP_OUT_FINISH: &str = "#f3e19c";
 const ZONE: &str = "#6b7280";
+const REST: &str = "#f4b183";
 const UNCUT: &str = "#d55e00";
 const FINISH: &str = "#0072b2";
 const LINK: &str = "#7a8594";
@@ -150,7 +151,9 @@ fn draw_part(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
     let finishing = offset_among(&all, &plan.part, d);
     let rest = rest::polygons(&profile, &finishing.loops, plan.part.side(), REST_PIXELS * view.pixel_mm());
     if !rest.is_empty() {
-        out.draw(&[path(polygons(&rest, view)).fill(HATCH).set("fill-rule", "evenodd")]);
+        // Renderers blend the edges of the hatching's tiles, so a plain area lies below it.
+        let area = |fill| path(polygons(&rest, view)).fill(fill).set("fill-rule", "evenodd");
+        out.draw(&[area(REST), area(HATCH)]);
     }
     let around = match plan.part.side() {
         Side::Outside => String::new(),

@@ -23,9 +23,9 @@ fn double_area(path: &Path64) -> i128 {
         .sum()
 }
 
-/// The rest material by another library: the part, grown by the distance of the tool's centre and shrunk again,
-/// less the part. mm².
-fn by_clipper(plan: &CertifiedPlan) -> f64 {
+/// The part, and the part with its rest material, by another library: the part, grown by the distance of the tool's
+/// centre and shrunk again.
+pub fn closed_by_clipper(plan: &CertifiedPlan) -> [Paths64; 2] {
     let ring = |ring: &Ring| -> Path64 {
         ring.vertices().iter().map(|at| Point64 { x: at.x.units().into(), y: at.y.units().into() }).collect()
     };
@@ -55,6 +55,12 @@ fn by_clipper(plan: &CertifiedPlan) -> f64 {
         out
     };
     let closed = grown(&grown(&part, d), -d);
+    [part, closed]
+}
+
+/// The rest material by another library, mm².
+fn by_clipper(plan: &CertifiedPlan) -> f64 {
+    let [part, closed] = closed_by_clipper(plan);
     let area = |paths: &Paths64| paths.iter().map(double_area).sum::<i128>();
     let double = i64::try_from(area(&closed) - area(&part)).unwrap();
     #[expect(clippy::cast_precision_loss, reason = "areas are compared to a hundredth")]

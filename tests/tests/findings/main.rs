@@ -4,6 +4,7 @@
 mod dxf;
 mod figures;
 mod part_and_air;
+mod pictures;
 mod repairs;
 
 use keepout_planner::inspect::{Inspection, inspect};
