@@ -182,10 +182,9 @@ pub(crate) struct DrawingArguments {
     /// Multiply all coordinates by this factor, besides the unit.
     #[arg(long, value_name = "FACTOR")]
     pub(crate) scale: Option<f64>,
-    /// Largest gap that is closed, mm. The output lists each closed gap.
-    #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::JOIN_MM, value_parser = length,
-        allow_hyphen_values = true)]
-    pub(crate) join_mm: f64,
+    /// Largest gap that is closed, mm. The output lists each closed gap. Default: 0.01, or the value of the job.
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
+    pub(crate) join_mm: Option<f64>,
     /// Tolerance of the arcs and lines that replace splines and ellipses, mm.
     #[arg(long, value_name = "MM", default_value_t = keepout_planner::drawing::CURVE_MM, value_parser = length,
         allow_hyphen_values = true)]

@@ -84,7 +84,8 @@ pub fn refuse_other_drawing(
 }
 
 /// Checks that an output file can be written in its folder, before anything moves. `wanted`: the ending of its name.
-pub fn check_output(path: &Path, wanted: Option<&str>) -> Result<(), CliError> {
+pub fn check_output(path: Option<&Path>, wanted: Option<&str>) -> Result<(), CliError> {
+    let Some(path) = path else { return Ok(()) };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let probe = folder.join(format!(".keepout-{}.tmp", std::process::id()));
     let unwritable = keepout_planner::file::OUTPUT.write_error(path);
@@ -139,7 +140,7 @@ impl ConfirmPage<'_> {
             ),
             row("tool", format!("Ø {} mm", short(2.0 * mm(made.tool_radius.units())))),
             row("stock to leave", format!("{} mm", short(mm(made.stock_to_leave.units())))),
-            row("feed", format!("{} mm/min along contours", arguments.feed_mm_min)),
+            row("feed", format!("{} mm/min along contours", arguments.feed_mm_min())),
             row("drawing's origin", origin),
             row("alignment", aligned),
             row("log", log.map_or("none".into(), |log| log.display().to_string())),

@@ -21,8 +21,9 @@ use keepout_sim::session::{Scene, SimRun, run_scene};
 
 use super::CliError;
 use super::plan::{LIMIT_S, make, write};
-use super::run::{exit_code, seconds};
+use super::run::exit_code;
 use super::shell::print_lines;
+use super::values::seconds;
 
 /// The drawing of the demonstration.
 const BRACKET: &[u8] = include_bytes!("../drawings/bracket.dxf");

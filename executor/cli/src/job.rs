@@ -183,7 +183,7 @@ impl JobFolder {
             without_layer: list(&given.without_layer, &file.without_layers),
             units: given.units.clone().or_else(|| file.units.clone()),
             scale: given.scale.or(file.scale),
-            join_mm: file.join_mm.unwrap_or(given.join_mm),
+            join_mm: given.join_mm.or(file.join_mm),
             line_type: list(&given.line_type, &file.line_types),
             without_line_type: list(&given.without_line_type, &file.without_line_types),
             ..given.clone()
@@ -197,7 +197,9 @@ impl JobFolder {
             if given.is_empty() { own.clone() } else { given.clone() }
         };
         let passes: Result<Vec<_>, String> = file.passes.iter().map(|text| pass(text)).collect();
-        let passes = passes.map_err(|reason| CliError::Argument(format!("passes of job.toml: {reason}")))?;
+        let passes = passes.map_err(|reason| {
+            CliError::Argument(format!("{}: passes: {reason}", self.path("job.toml").display()))
+        })?;
         let alignment =
             given.alignment.clone().or_else(|| Some(self.alignment()).filter(|path| path.is_file()));
         let at = file.at.iter().map(|&[x, y]| Mm2::new(x, y)).collect();
@@ -239,15 +241,15 @@ impl JobFolder {
         Ok(RunArguments {
             plan: self.plan(),
             port: given.port.clone().or_else(|| Some(machine.port.clone()).filter(|port| !port.is_empty())),
-            dialect: machine.dialect.clone(),
-            baud: machine.baud,
+            dialect: given.dialect.clone().or(Some(machine.dialect)),
+            baud: given.baud.or(Some(machine.baud)),
             alignment: if placed { given.alignment.clone() } else { Some(alignment) },
             operator: given.operator.clone().or_else(|| {
                 let by_hand = !(simulated && virtual_time);
                 by_hand.then(|| machine.operator.clone())
             }),
             view: given.view || !virtual_time,
-            feed_mm_min: self.file.feed_mm_min.unwrap_or(given.feed_mm_min),
+            feed_mm_min: given.feed_mm_min.or(self.file.feed_mm_min),
             log: Some(given.log.clone().unwrap_or(log)),
             title: self.file.title.rows(),
             ..given.clone()
@@ -293,7 +295,10 @@ pub fn new(arguments: &NewArguments) -> Result<ExitCode, CliError> {
     let stem = drawing.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = output.clone().unwrap_or_else(|| PathBuf::from(&stem));
     if folder.exists() {
-        let reason = format!("{} exists. Give the job another folder with -o.", folder.display());
+        let reason = format!(
+            "{} exists, and nothing in it was changed. Give the job another folder with -o.",
+            folder.display()
+        );
         return Err(CliError::Argument(reason));
     }
     let unwritable = || OUTPUT.write_error(&folder);

@@ -73,8 +73,16 @@ fn end_at_closed_pipe() {
         let text = panic.payload().downcast_ref::<String>().map_or("", String::as_str);
         if text.starts_with("failed printing to std") {
             input::terminal::restore();
-            // Any other failure, such as a closed terminal, is no success.
-            std::process::exit(if text.contains("Broken pipe") { 0 } else { 7 });
+            if text.contains("Broken pipe") {
+                std::process::exit(0);
+            }
+            // Any other failure, such as a full disk or a closed terminal, is no success.
+            let reason = text.split_once(": ").map_or(text, |(_, reason)| reason);
+            let _ = std::io::Write::write_fmt(
+                &mut std::io::stderr(),
+                format_args!("keepout: cannot write the output: {reason}\n"),
+            );
+            std::process::exit(7);
         }
         before(panic);
     }));

@@ -91,11 +91,11 @@ impl Drop for Progress {
 
 /// The plan request of the drawing's arguments, without the parameters of the plan.
 pub fn request_of(arguments: &DrawingArguments) -> Result<PlanRequest, CliError> {
-    if !(0.0..=100.0).contains(&arguments.join_mm) {
-        return Err(CliError::Argument(format!("--join-mm {} must be between 0 and 100", arguments.join_mm)));
+    let join_mm = arguments.join_mm.unwrap_or(keepout_planner::drawing::JOIN_MM);
+    if !(0.0..=100.0).contains(&join_mm) {
+        return Err(CliError::Argument(format!("--join-mm {join_mm} must be between 0 and 100")));
     }
-    let mut request =
-        PlanRequest { join_mm: arguments.join_mm, curve_mm: arguments.curve_mm, ..PlanRequest::default() };
+    let mut request = PlanRequest { join_mm, curve_mm: arguments.curve_mm, ..PlanRequest::default() };
     let choice = &mut request.choice;
     choice.layers.clone_from(&arguments.layer);
     choice.without.clone_from(&arguments.without_layer);

@@ -63,6 +63,13 @@ fn make(
     time: CertifyTime,
 ) -> Result<ExitCode, CliError> {
     let played = Played::of(log, plan, Some(output), time)?;
+    if played.header.dry_run {
+        let reason = format!(
+            "{} is the log of a dry run, which cut no part: there is nothing to report",
+            log.display()
+        );
+        return Err(CliError::Argument(reason));
+    }
     check_ending(output, "html")?;
     write_page(log, &played, output, title)?;
     Ok(ExitCode::SUCCESS)

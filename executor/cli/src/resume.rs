@@ -29,7 +29,7 @@ impl Recut {
         let contour = plan.contour_numbered(self.contour).ok_or_else(|| {
             let names: Vec<String> = plan.contours().iter().map(|each| each.name.short()).collect();
             CliError::Argument(format!(
-                "--recut: the plan has no contour {}. It has: {}",
+                "--recut: the plan has no contour {}. It has: {}.",
                 self.contour,
                 names.join(", ")
             ))
@@ -58,6 +58,10 @@ pub fn progress_of(log: &Path, work: &PreparedPlan, recut: &[Recut]) -> Result<(
 
 /// Refuses to resume a run that cut at another place, or that only a simulated machine made.
 pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> Result<(), CliError> {
+    if header.dry_run {
+        let reason = "the log of --resume is of a dry run, which cut no part. Leave out --resume";
+        return Err(CliError::Argument(reason.into()));
+    }
     if header.simulated && arguments.port.is_some() && !arguments.simulate {
         let reason = "the log of --resume is of a simulated machine, which cut no part. Leave out --resume";
         return Err(CliError::Argument(reason.into()));

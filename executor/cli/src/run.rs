@@ -30,6 +30,7 @@ use super::job::JobFolder;
 use super::operator_setup::{OperatorSetup, set_up};
 use super::plan::{given, load, refuse_same, write};
 use super::resume::{fits, progress_of};
+use super::values::seconds;
 use super::{CliError, MachineArgument, RunArguments};
 
 pub fn run(given: &RunArguments) -> Result<ExitCode, CliError> {
@@ -43,7 +44,7 @@ pub fn run(given: &RunArguments) -> Result<ExitCode, CliError> {
 pub fn resume(given: &RunArguments) -> Result<ExitCode, CliError> {
     let Some(job) = JobFolder::at(&given.plan)? else {
         let reason = format!(
-            "{} is no folder of a job. `keepout run PLAN --resume LOG` takes files.",
+            "{} is not the folder of a job. `keepout run PLAN --resume LOG` takes files.",
             given.plan.display()
         );
         return Err(CliError::Argument(reason));
@@ -57,9 +58,7 @@ fn in_job(job: &JobFolder, given: &RunArguments) -> Result<ExitCode, CliError> {
     let arguments = job.run_arguments(given)?;
     let code = run_plan(&arguments)?;
     let ran = arguments.log.as_ref().is_some_and(|log| log.exists());
-    if given.dry_run {
-        println!("{:<36} nothing was cut: its log does not count for `resume` and `report`", "dry run");
-    } else if ran {
+    if ran && !given.dry_run {
         super::report::of_job(job, arguments.time)?;
     }
     Ok(code)
@@ -68,16 +67,14 @@ fn in_job(job: &JobFolder, given: &RunArguments) -> Result<ExitCode, CliError> {
 fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let operator = OperatorName::of(arguments)?;
     let inputs = [Some(&arguments.plan), arguments.resume.as_ref(), arguments.alignment.as_ref()];
-    let named = [&arguments.dialect, &arguments.drives, &operator.name];
+    let named = [&arguments.dialect().to_string(), &arguments.drives, &operator.name];
     let files = named.map(|name| Path::new(name.strip_prefix("trace:").unwrap_or(name)));
     let outputs = [&arguments.log, &arguments.report, &arguments.picture, &arguments.record_trace];
     let written = given(&outputs.map(Option::as_ref));
     refuse_same(&[given(&inputs), files.to_vec()].concat(), &written)?;
     // Nothing is discovered after the run: the log and the trace check their own places.
-    let forms = [(&arguments.report, "html"), (&arguments.picture, "svg")];
-    for (path, form) in forms {
-        path.as_ref().map_or(Ok(()), |path| check_output(path, Some(form)))?;
-    }
+    check_output(arguments.report.as_deref(), Some("html"))?;
+    check_output(arguments.picture.as_deref(), Some("svg"))?;
     let plan = load(&arguments.plan, arguments.time)?;
     let arguments = &placed(arguments, &plan)?;
     let limit = limit(arguments.limit_s, operator.by_hand)?;
@@ -86,7 +83,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     // A run at a port always keeps its log. The report is made from the log.
     let keeps_log = arguments.port.is_some() || arguments.report.is_some();
     let log = arguments.log.clone().or_else(|| keeps_log.then(|| default_log(&arguments.plan, &began)));
-    log.as_ref().map_or(Ok(()), |log| check_output(log, None))?;
+    check_output(log.as_deref(), None)?;
     let outputs = Outputs {
         report: arguments.report.clone(),
         picture: arguments.picture.clone(),
@@ -94,7 +91,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         title: arguments.title.clone(),
         names_log: arguments.log.is_none(),
     };
-    refuse_unlocated(arguments)?;
+    refuse_incomplete(arguments, &plan)?;
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
     let work = PreparedPlan::new(plan);
     let progress = match &arguments.resume {
@@ -105,9 +102,6 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         }
         None => Progress::default(),
     };
-    if arguments.port.is_some() && !arguments.simulate {
-        refuse_margin_of_simulation(&work.plan.plan.machine)?;
-    }
     if progress.finished.len() == work.plan.plan.loop_count() {
         println!("every contour of the plan is cut: this run has no work");
         return Ok(ExitCode::SUCCESS);
@@ -122,13 +116,28 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
             }
             let machine = run.machine.name.clone();
             let (log, operator) = (outputs.log.as_deref(), operator.name.as_str());
-            on_simulation(work, &run, setup, &Recording { log, operator, machine, simulated: true }, &outputs)
+            on_simulation(
+                work,
+                &run,
+                setup,
+                &Recording { log, operator, machine, simulated: true, dry_run: arguments.dry_run },
+                &outputs,
+            )
         }
     }
 }
 
-/// Refuses a real machine that does not know where it or the drawing is.
-fn refuse_unlocated(arguments: &RunArguments) -> Result<(), CliError> {
+/// Refuses options without the log that they need, and a real machine with the margin of a simulated one or without
+/// a place for the drawing.
+fn refuse_incomplete(arguments: &RunArguments, plan: &CertifiedPlan) -> Result<(), CliError> {
+    if arguments.port.is_some() && !arguments.simulate {
+        refuse_margin_of_simulation(&plan.plan.machine)?;
+    }
+    if arguments.resume.is_none() && (arguments.moved || !arguments.recut.is_empty()) {
+        let reason =
+            "--recut and --moved continue an earlier run: give --resume LOG, or `keepout resume JOB`";
+        return Err(CliError::Argument(reason.into()));
+    }
     if arguments.port.is_some() && arguments.origin_mm.is_none() {
         let reason =
             "a real machine needs the drawing's origin: --alignment, --origin-mm, or `keepout align JOB`";
@@ -146,16 +155,6 @@ fn limit(given: Option<f64>, by_hand: bool) -> Result<Duration, CliError> {
     const UNATTENDED_S: f64 = 3600.0;
     const ATTENDED_S: f64 = 1e7;
     seconds("--limit-s", given.unwrap_or(if by_hand { ATTENDED_S } else { UNATTENDED_S }))
-}
-
-/// Checks a time in seconds.
-pub fn seconds(name: &str, value: f64) -> Result<Duration, CliError> {
-    let known = (0.0..=1e7).contains(&value);
-    if known {
-        Ok(Duration::from_secs_f64(value))
-    } else {
-        Err(CliError::Argument(format!("{name} {value} is not between 0 and 10⁷ s")))
-    }
 }
 
 /// Checks the longest answer time, 0.5 to 60 s.
@@ -190,10 +189,10 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
         servo: drives(&arguments.drives)?,
         dialect: dialect_name(arguments)?,
         link: if arguments.machine == MachineArgument::Sim { Link::Pty } else { Link::Virtual },
-        baud: arguments.baud,
+        baud: arguments.baud(),
         latency: Duration::from_millis(arguments.latency_ms),
         seed: arguments.seed,
-        feed_mm_min: arguments.feed_mm_min,
+        feed_mm_min: arguments.feed_mm_min(),
         limit,
         start: start.transpose()?,
         origin_mm: arguments.origin_mm,
@@ -234,7 +233,7 @@ struct Outputs {
 
 /// The dialect of the arguments.
 fn dialect_name(arguments: &RunArguments) -> Result<DialectName, CliError> {
-    DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))
+    DialectName::named(arguments.dialect()).map_err(|error| CliError::Argument(error.to_string()))
 }
 
 /// Facts about a session that its log states.
@@ -245,6 +244,7 @@ struct Recording<'a> {
     /// Name of the machine and its port.
     machine: String,
     simulated: bool,
+    dry_run: bool,
 }
 
 impl Recording<'_> {
@@ -254,6 +254,7 @@ impl Recording<'_> {
         let header = Header {
             began: rfc_3339(SystemTime::now()),
             simulated: self.simulated,
+            dry_run: self.dry_run,
             operator: self.operator.into(),
             setting: self.machine.clone(),
             ..setup.header()?
@@ -303,26 +304,31 @@ fn on_port(
         progress: &progress,
         log,
     };
-    let port = Serial::open(name, arguments.baud)?;
+    let port = Serial::open(name, arguments.baud())?;
     page.confirm()?;
     let setup = set_up(arguments, operator, jog.as_secs_f64(), true)?;
     let options = Options {
-        feed_mm_min: arguments.feed_mm_min,
+        feed_mm_min: arguments.feed_mm_min(),
         home: arguments.home,
         travel: place.travel,
         answer_within: answer_within(arguments)?,
-        baud: arguments.baud,
+        baud: arguments.baud(),
         progress,
     };
     let config = DialectConfig::of(&machine, place.offset);
     let session_setup = SessionSetup { work, options, dialect: dialect_name, config };
-    let on = format!("{} on {name}, {} baud", machine.name, arguments.baud);
-    let recording =
-        Recording { log, operator: &operator.name, machine: on.clone(), simulated: arguments.simulate };
+    let on = format!("{} on {name}, {} baud", machine.name, arguments.baud());
+    let recording = Recording {
+        log,
+        operator: &operator.name,
+        machine: on.clone(),
+        simulated: arguments.simulate,
+        dry_run: arguments.dry_run,
+    };
     let event_log = recording.event_log(&session_setup)?;
     let mut session = session_setup.session(port, setup.operator, event_log);
     if setup.recovers {
-        session = session.recovering(Box::new(|| Serial::open(name, arguments.baud)));
+        session = session.recovering(Box::new(|| Serial::open(name, arguments.baud())));
     }
     let mut display = Display::new(setup.screen, setup.panel);
     let mut samples: Vec<Sample> = Vec::new();

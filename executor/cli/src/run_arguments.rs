@@ -38,11 +38,12 @@ pub(crate) struct RunArguments {
     #[arg(long, value_name = "DEVICE")]
     pub(crate) port: Option<String>,
     /// Dialect of the controller: grbl, grblhal, zaber, venus, or a file that describes another dialect.
-    #[arg(long, value_name = "DIALECT", default_value = "grbl")]
-    pub(crate) dialect: String,
-    /// Baud rate of the port.
-    #[arg(long, default_value_t = 115_200)]
-    pub(crate) baud: u32,
+    /// Default: grbl, or the dialect of the job's machine.
+    #[arg(long, value_name = "DIALECT")]
+    pub(crate) dialect: Option<String>,
+    /// Baud rate of the port. Default: 115200, or the baud rate of the job's machine.
+    #[arg(long)]
+    pub(crate) baud: Option<u32>,
     /// Machine coordinates of the drawing's origin, mm. A real machine needs this option or --alignment.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, group = "place")]
     pub(crate) origin_mm: Option<Mm2>,
@@ -63,7 +64,7 @@ pub(crate) struct RunArguments {
     #[arg(long)]
     pub(crate) yes: bool,
     /// Dry run: raise the tool above the stock, and let it trace the contours. Nothing counts as cut.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "report")]
     pub(crate) dry_run: bool,
     /// State that the drawing of the alignment and the drawing of the plan have the same origin.
     #[arg(long, requires = "alignment")]
@@ -89,10 +90,10 @@ pub(crate) struct RunArguments {
     /// Time that a modelled operator jogs before it touches the part, s.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     pub(crate) jog_s: f64,
-    /// Feed of the finishing contour, mm/min.
-    #[arg(long, value_name = "F", default_value_t = 900, value_parser = clap::value_parser!(u32)
+    /// Feed of the finishing contour, mm/min. Default: 900, or the feed of the job.
+    #[arg(long, value_name = "F", value_parser = clap::value_parser!(u32)
         .range(i64::from(*FEEDS_MM_MIN.start())..=i64::from(*FEEDS_MM_MIN.end())))]
-    pub(crate) feed_mm_min: u32,
+    pub(crate) feed_mm_min: Option<u32>,
     /// Stop if the controller at the port does not answer within this time, s.
     #[arg(long, value_name = "S", default_value_t = 5.0)]
     pub(crate) answer_within_s: f64,
@@ -121,11 +122,11 @@ pub(crate) struct RunArguments {
     pub(crate) resume: Option<PathBuf>,
     /// With --resume: cut this whole contour again, in all its passes, or in one. Give its number as the plan and the
     /// pictures show it: "2", or "2:1" for pass 1 alone. Can be repeated.
-    #[arg(long, value_name = "CONTOUR[:PASS]", value_parser = crate::resume::recut, requires = "resume")]
+    #[arg(long, value_name = "CONTOUR[:PASS]", value_parser = crate::resume::recut)]
     pub(crate) recut: Vec<Recut>,
     /// With --resume: state that the workpiece was shifted on the machine since that run, not turned, and was
     /// measured again.
-    #[arg(long, requires = "resume")]
+    #[arg(long)]
     pub(crate) moved: bool,
     /// Write a page with a picture and a table.
     #[arg(long, value_name = "FILE.html")]
@@ -133,4 +134,21 @@ pub(crate) struct RunArguments {
     /// Write a picture of the run.
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) picture: Option<PathBuf>,
+}
+
+impl RunArguments {
+    /// Dialect of the controller.
+    pub(crate) fn dialect(&self) -> &str {
+        self.dialect.as_deref().unwrap_or("grbl")
+    }
+
+    /// Baud rate of the port.
+    pub(crate) fn baud(&self) -> u32 {
+        self.baud.unwrap_or(115_200)
+    }
+
+    /// Feed of the finishing contour, mm/min.
+    pub(crate) fn feed_mm_min(&self) -> u32 {
+        self.feed_mm_min.unwrap_or(900)
+    }
 }

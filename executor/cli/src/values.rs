@@ -1,7 +1,11 @@
 //! Values of arguments that have a form of their own.
 
+use std::time::Duration;
+
 use keepout_planner::Mm2;
 use keepout_planner::plan::{FEEDS_MM_MIN, PassParameters};
+
+use crate::CliError;
 
 /// The units that a length may have, and their millimetres.
 const UNITS_MM: [(&str, f64); 7] =
@@ -55,6 +59,16 @@ pub(crate) fn pass(text: &str) -> Result<PassParameters, String> {
     match feed {
         Some(None) => Err(wrong()),
         feed => Ok(PassParameters { stock_to_leave_mm, feed_mm_min: feed.flatten() }),
+    }
+}
+
+/// Checks a time in seconds.
+pub fn seconds(name: &str, value: f64) -> Result<Duration, CliError> {
+    let known = (0.0..=1e7).contains(&value);
+    if known {
+        Ok(Duration::from_secs_f64(value))
+    } else {
+        Err(CliError::Argument(format!("{name} {value} is not between 0 and 10⁷ s")))
     }
 }
 

@@ -40,6 +40,15 @@ const OTHER_FILES: [(&[u8], &str, &str); 13] = [
 ];
 
 impl Damage {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::OtherFile { remedy, .. } => format!("{remedy}."),
+            _ => "Export it again from the CAD system, as DXF R12 or later.".into(),
+        }
+    }
+
     /// The type of a file that is no DXF file, by its first bytes.
     pub(super) fn other_file(bytes: &[u8]) -> Option<Self> {
         let begin = bytes.trim_ascii_start();
@@ -53,7 +62,7 @@ impl Damage {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Damage {
     /// The file is of another type.
-    #[error("this is {found}, not a DXF file. {remedy}")]
+    #[error("this is {found}")]
     OtherFile {
         /// The type, with its article.
         found: &'static str,

@@ -12,7 +12,7 @@ use crate::{Box2, Mm2};
 #[derive(Debug, Error)]
 pub enum DrawingError {
     /// The file is not DXF, or it is damaged.
-    #[error("not a readable DXF file: {0}. Export it again from the CAD system, as DXF R12 or later.")]
+    #[error("not a readable DXF file: {0}. {remedy}", remedy = .0.remedy())]
     Damaged(#[from] Damage),
     /// The unit of `--units`, or the unit that the file states, is not supported.
     #[error(

@@ -26,6 +26,9 @@ pub struct Header {
     pub description: String,
     /// Whether the machine is simulated.
     pub simulated: bool,
+    /// Whether the run is a dry run, which cuts nothing.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub dry_run: bool,
     /// Machine coordinates minus drawing coordinates.
     #[serde(with = "keepout_planner::stored")]
     pub offset: Vector,
@@ -60,6 +63,7 @@ impl Default for Header {
             dialect: String::new(),
             description: String::new(),
             simulated: false,
+            dry_run: false,
             offset: Vector { dx: 0, dy: 0 },
             travel_mm: None,
             travel: Window::of(Point::ORIGIN),
