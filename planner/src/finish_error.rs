@@ -69,7 +69,7 @@ pub enum PathRefusal {
     WrongSpace {
         /// The loop, from 1.
         number: usize,
-        /// The free space in which it lies, as [`FinishingLoop::component`].
+        /// The free space in which it lies, as [`crate::finish::FinishingLoop::component`].
         found: usize,
         /// The free space that the plan states.
         said: usize,

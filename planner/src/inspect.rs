@@ -330,7 +330,7 @@ impl std::fmt::Display for Inspection {
         if let Some(bounds) = self.box_mm {
             let Box2 { low, high } = bounds;
             let size = size(bounds.size());
-            writeln!(f, "part         {size} mm, from ({:.3}, {:.3}) to {high}", low.x, low.y)?;
+            writeln!(f, "part         {size} mm, from {low} to {high}")?;
             writeln!(
                 f,
                 "solid        inside the outlines and outside the openings, if the tool works outside: {:.3} mm²",

@@ -172,6 +172,8 @@ impl AddAssign for Mm2 {
 
 impl fmt::Display for Mm2 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "({:.3}, {:.3}) mm", self.x, self.y)
+        // Adding zero to a rounded number drops the sign of a negative zero.
+        let rounded = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
+        write!(f, "({:.3}, {:.3}) mm", rounded(self.x), rounded(self.y))
     }
 }

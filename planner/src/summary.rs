@@ -182,9 +182,10 @@ impl Pass {
         let feed = self.feed_mm_min.map_or(String::new(), |feed| format!(", {feed} mm/min"));
         let path = &self.path;
         format!(
-            "pass {number}       leaves {:.4} mm{feed}: {} loops, {:.1} mm; rest material {}",
+            "pass {number}       leaves {:.4} mm{feed}: {} {}, {:.1} mm; rest material {}",
             mm(self.stock_to_leave.units()),
             path.loops.len(),
+            if path.loops.len() == 1 { "loop" } else { "loops" },
             path.length_mm(),
             path.residual()
         )

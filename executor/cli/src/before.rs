@@ -32,7 +32,7 @@ impl OperatorName {
             (Some(name), _) => name.clone(),
             (None, false) => "calm".into(),
             (None, true) => {
-                let reason = "nothing moves unasked: name the operator with --operator keyboard, gamepad or \
+                let reason = "a run at a port needs an operator: give --operator keyboard, gamepad or \
                               handwheel";
                 return Err(CliError::Argument(reason.into()));
             }
@@ -41,7 +41,7 @@ impl OperatorName {
         let by_hand = ["keyboard", "gamepad", "handwheel"].contains(&kind);
         if at_port && !by_hand && !arguments.simulate {
             return Err(CliError::Argument(format!(
-                "--operator {name} is no person, and only a person moves a real machine. Give --operator keyboard, \
+                "--operator {name} is not a person. Only a person moves a real machine: give --operator keyboard, \
                  gamepad or handwheel. If the controller at the port is a simulator, state that with --simulate."
             )));
         }
@@ -173,7 +173,8 @@ impl ConfirmPage<'_> {
             return Ok(());
         }
         if !std::io::stdin().is_terminal() {
-            let reason = "a person confirms this page, and the input is no terminal. A script gives --yes.";
+            let reason =
+                "a person confirms this page, and the input is not a terminal. A script gives --yes.";
             return Err(CliError::Argument(reason.into()));
         }
         eprint!("Type y and press Enter to start; anything else ends: ");

@@ -69,8 +69,10 @@ fn folder(kind: &str) -> Result<PathBuf, CliError> {
 fn path_of(kind: &str, name: &str) -> Result<PathBuf, CliError> {
     let plain = |c: char| c.is_alphanumeric() || " -_.,+()ø".contains(c);
     if name.is_empty() || name.starts_with('.') || !name.chars().all(plain) {
-        let reason =
-            format!("\"{}\" is no name: use letters, digits, spaces, - and _", text_file::shown(name));
+        let reason = format!(
+            "\"{}\" is not a valid name: use letters, digits, spaces and - _ . , + ( )",
+            text_file::shown(name)
+        );
         return Err(CliError::Argument(reason));
     }
     Ok(folder(kind)?.join(format!("{name}.toml")))
@@ -249,7 +251,11 @@ pub fn tool(command: &ToolCommand) -> Result<ExitCode, CliError> {
 fn new_machine(arguments: &NewMachine) -> Result<ExitCode, CliError> {
     // A name that exists is an error before the questions.
     let path = path_of("machine", &arguments.name)?;
-    if arguments.name == SIMULATED || path.exists() && !arguments.overwrite {
+    if arguments.name == SIMULATED {
+        let reason = "\"simulated\" is the machine of the program. Choose another name.";
+        return Err(CliError::Argument(reason.into()));
+    }
+    if path.exists() && !arguments.overwrite {
         let reason =
             format!("the machine \"{}\" exists. Choose another name, or give --overwrite.", arguments.name);
         return Err(CliError::Argument(reason));
@@ -271,7 +277,7 @@ fn new_machine(arguments: &NewMachine) -> Result<ExitCode, CliError> {
     )?;
     let stored = StoredMachine {
         port: arguments.port.clone(),
-        dialect: arguments.dialect.clone(),
+        dialect: full_path(&arguments.dialect),
         baud: arguments.baud,
         operator,
         profile,
@@ -281,6 +287,11 @@ fn new_machine(arguments: &NewMachine) -> Result<ExitCode, CliError> {
     println!("\n{:<36} {}", format!("machine \"{}\"", arguments.name), path.display());
     println!("Check every figure. `keepout doctor` tells whether a session can begin.");
     Ok(ExitCode::SUCCESS)
+}
+
+/// The dialect, with the full path if it is a file: a machine is used from any folder.
+fn full_path(dialect: &str) -> String {
+    std::fs::canonicalize(dialect).map_or_else(|_| dialect.into(), |path| path.display().to_string())
 }
 
 /// Number of timed queries.
@@ -358,7 +369,10 @@ fn answer<T: Clone + std::fmt::Debug>(
         return Ok(value);
     }
     if !std::io::stdin().is_terminal() {
-        let reason = format!("the controller does not state this, and the input is no terminal. {question}?");
+        let reason = format!(
+            "the controller does not answer this question, and the input is not a terminal: {question}? Give its \
+             option; see `keepout machine new --help`."
+        );
         return Err(CliError::Argument(reason));
     }
     for _ in 0..5 {
@@ -374,7 +388,9 @@ fn answer<T: Clone + std::fmt::Debug>(
             },
         }
     }
-    Err(CliError::Argument(format!("no answer to: {question}")))
+    Err(CliError::Argument(format!(
+        "no answer to: {question}. Give a value of this form, or press Return for the proposal."
+    )))
 }
 
 fn shown(value: &impl std::fmt::Debug) -> String {

@@ -72,13 +72,13 @@ pub fn take(
     home: bool,
 ) -> Result<Taken, CliError> {
     if !std::io::stdin().is_terminal() {
-        let reason =
-            "the places are taken at a terminal, and the input is none. A script gives --point or --edge.";
+        let reason = "the places are taken at a terminal, and the input is not a terminal. A script gives --point or \
+                      --edge.";
         return Err(CliError::Argument(reason.into()));
     }
     if machine.port.is_empty() {
-        let reason = "the simulated machine has no port to jog at. Give --point or --edge, or a machine with a port: \
-                      `keepout simulate` makes one, and `keepout machine new` stores it.";
+        let reason = "the simulated machine has no port to jog at. Give --point or --edge, or use a machine with a \
+                      port: `keepout simulate` makes such a port, and `keepout machine new` stores the machine.";
         return Err(CliError::Argument(reason.into()));
     }
     let places = places(method, profile, side)?;
@@ -97,8 +97,8 @@ pub fn take(
             let centre = |touches: &[ProbePoint]| {
                 let at: Vec<Mm2> = touches.iter().map(|touch| touch.machine_mm).collect();
                 let centre = centre_of(at[0], at[1], at[2]).ok_or_else(|| {
-                    let reason =
-                        "the three touches of a hole lie on one line: touch places far apart on its wall";
+                    let reason = "the three touches of a hole lie on one line. Start again, and touch places far \
+                                  apart on its wall";
                     CliError::Argument(reason.into())
                 })?;
                 Ok::<_, CliError>(ProbePoint { drawing_mm: touches[0].drawing_mm, machine_mm: centre })
@@ -163,7 +163,11 @@ fn corners(profile: &Profile) -> Result<Vec<Place>, CliError> {
     let farthest =
         |from: Mm2| ends.iter().copied().max_by(|a, b| a.distance(from).total_cmp(&b.distance(from)));
     let pair = ends.first().and_then(|&first| farthest(first)).and_then(|one| Some((one, farthest(one)?)));
-    let (one, other) = pair.ok_or_else(|| CliError::Argument("the drawing has no corner".into()))?;
+    let (one, other) = pair.ok_or_else(|| {
+        CliError::Argument(
+            "the drawing has no corner. Take points or a hole: --take points, --take hole.".into(),
+        )
+    })?;
     let place = |drawing_mm: Mm2| Place {
         words: format!("bring the tool's centre to the corner at {drawing_mm}"),
         drawing_mm,
@@ -238,7 +242,9 @@ fn jogged(places: &[Place], machine: &StoredMachine, home: bool) -> Result<Vec<M
         return Err(CliError::Argument(format!("stopped: {fault}")));
     }
     if taking.taken.len() < places.len() {
-        return Err(CliError::Argument("given up: no alignment was written".into()));
+        return Err(CliError::Argument(
+            "ended before every place was taken: no alignment was written. Start again.".into(),
+        ));
     }
     Ok(taking.taken)
 }
@@ -282,7 +288,10 @@ impl Taking<'_> {
                         self.places.len()
                     ));
                 }
-                None => self.line("not taken: the machine moves. Let it come to rest, and press t again."),
+                None if ready => {
+                    self.line("not taken: the machine moves. Let it come to rest, and press t again.");
+                }
+                None => self.line("not taken: the session is not ready. Press t when it is."),
             }
         }
         if self.taken.len() == self.places.len() { Going::Halt } else { Going::On }
