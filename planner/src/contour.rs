@@ -71,15 +71,22 @@ pub struct ContourName {
 }
 
 impl ContourName {
-    /// The name of a contour with `depth` others around it, of a part on this side.
+    /// The name of a contour with `depth` others around it, of a part on this side. The drawing was turned by
+    /// `degrees`; sizes are along its own axes.
     #[must_use]
-    pub fn of(number: usize, each: &ProfileLoop, outline: &ContourPolygon, depth: usize, side: Side) -> Self {
+    pub fn of(
+        number: usize,
+        each: &ProfileLoop,
+        outline: &ContourPolygon,
+        (depth, side): (usize, Side),
+        degrees: f64,
+    ) -> Self {
         let length: f64 = each.curves().map(Curve::length).sum();
         let bounds = exact_box(each).unwrap_or(outline.bounds);
         Self {
             number,
             role: role(depth, side),
-            shape: shape(each, bounds),
+            shape: shape(each, box_turned_back(each, degrees).unwrap_or(bounds)),
             middle_mm: bounds.middle(),
             length_mm: length / f64::from(UNITS_PER_MM),
         }
@@ -149,23 +156,31 @@ pub fn short(mm: f64) -> String {
 /// The box around a loop, with the extreme points of its arcs.
 #[must_use]
 pub fn exact_box(each: &ProfileLoop) -> Option<Box2> {
+    box_turned_back(each, 0.0)
+}
+
+/// The box around a loop along the axes of its drawing, which was turned by `degrees`, mm.
+#[must_use]
+pub fn box_turned_back(each: &ProfileLoop, degrees: f64) -> Option<Box2> {
+    let turned = degrees.to_radians();
+    let back = |at: Mm2| at.turned(-turned);
     let boxes = each.curves().filter_map(|curve| {
         let ends = [point_mm(curve.from()), point_mm(curve.to())];
         let extremes: Vec<Mm2> = match curve {
             Curve::Line(_) => Vec::new(),
-            Curve::Arc(arc) => extremes(&arc_mm(arc)),
+            Curve::Arc(arc) => extremes(&arc_mm(arc), turned),
         };
-        Box2::around(ends.into_iter().chain(extremes))
+        Box2::around(ends.into_iter().chain(extremes).map(back))
     });
     boxes.reduce(Box2::union)
 }
 
-/// The points of an arc where it runs along an axis.
-fn extremes(arc: &ArcView) -> Vec<Mm2> {
+/// The points of an arc where it runs along an axis of a drawing that was turned by `turned`, radians.
+fn extremes(arc: &ArcView, turned: f64) -> Vec<Mm2> {
     use std::f64::consts::{FRAC_PI_2, TAU};
     let (from, to) =
         if arc.sweep < 0.0 { (arc.start + arc.sweep, arc.start) } else { (arc.start, arc.start + arc.sweep) };
-    let quarters = [0.0, 1.0, 2.0, 3.0].map(|k| k * FRAC_PI_2);
+    let quarters = [0.0, 1.0, 2.0, 3.0].map(|k| k * FRAC_PI_2 + turned);
     let within = |angle: &f64| (angle - from).rem_euclid(TAU) <= to - from;
     quarters.into_iter().filter(within).map(|angle| arc.at_angle(angle).into()).collect()
 }
@@ -227,7 +242,7 @@ mod tests {
         let (_, chained) = PlanRequest::default().contours(dxf.as_bytes()).unwrap();
         let loops = chained.profile.loops.iter().enumerate();
         let name = |(k, each): (usize, &ProfileLoop)| {
-            ContourName::of(k + 1, each, &ContourPolygon::of(each), k, side).short()
+            ContourName::of(k + 1, each, &ContourPolygon::of(each), (k, side), 0.0).short()
         };
         loops.map(name).collect()
     }

@@ -10,7 +10,7 @@ use crate::contour::{ContourName, ContourShape, exact_box, short};
 use crate::finish::{FinishingLoop, centre_distance};
 use crate::job::LoopNumber;
 use crate::mesh::Mesh;
-use crate::plan::CertifiedPlan;
+use crate::plan::{CertifiedPlan, Provenance};
 use crate::reach::{Reach, reaches};
 use crate::select::ContourPolygon;
 use crate::units::{along_mm, length_up_from_mm, mm, point_from_mm};
@@ -203,6 +203,14 @@ fn beside(outline: &Outline, near: Option<Mm2>) -> Option<(Mm2, Mm2)> {
     }
 }
 
+impl Provenance {
+    /// Angle by which the drawing was turned, degrees.
+    #[must_use]
+    pub fn turned_degrees(&self) -> f64 {
+        self.placed.map_or(0.0, |(degrees, _)| degrees)
+    }
+}
+
 fn planned(plan: &CertifiedPlan) -> Vec<PlannedContour> {
     let profile = &plan.plan.profile;
     let depths = plan.part.region().depths();
@@ -221,7 +229,13 @@ fn planned(plan: &CertifiedPlan) -> Vec<PlannedContour> {
             let bounds = exact_box(each).unwrap_or_default();
             let outline = ContourPolygon { points: Vec::new(), area_mm2: 0.0, bounds };
             PlannedContour {
-                name: ContourName::of(number, each, &outline, depth, side),
+                name: ContourName::of(
+                    number,
+                    each,
+                    &outline,
+                    (depth, side),
+                    plan.plan.provenance.turned_degrees(),
+                ),
                 reach,
                 loops: Vec::new(),
             }

@@ -3,7 +3,7 @@
 use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
 
-use crate::contour::{exact_box, short};
+use crate::contour::{box_turned_back, short};
 use crate::finish::centre_distance;
 use crate::plan::{CertifiedPlan, Cut, Pass};
 use crate::profile::MachinedSide;
@@ -40,7 +40,9 @@ impl CertifiedPlan {
     /// Size of the profile along x and y, mm.
     #[must_use]
     pub fn profile_size_mm(&self) -> Mm2 {
-        let boxes = self.plan.profile.loops.iter().filter_map(exact_box);
+        let boxes = self.plan.profile.loops.iter();
+        let degrees = self.plan.provenance.turned_degrees();
+        let boxes = boxes.filter_map(|each| box_turned_back(each, degrees));
         boxes.reduce(Box2::union).unwrap_or_default().size()
     }
 

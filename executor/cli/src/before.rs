@@ -49,8 +49,39 @@ impl OperatorName {
     }
 }
 
+/// Refuses options without the log or port that they need, and a real machine that does not know its place or the
+/// drawing's.
+pub fn refuse_incomplete(arguments: &RunArguments) -> Result<(), CliError> {
+    if arguments.port.is_none() && arguments.simulate {
+        let reason =
+            "--simulate is for a port. Without --port, the machine is simulated anyway: leave it out";
+        return Err(CliError::Argument(reason.into()));
+    }
+    if arguments.resume.is_none() && (arguments.moved || !arguments.recut.is_empty()) {
+        let reason =
+            "--recut and --moved continue an earlier run: give --resume LOG, or `keepout resume JOB`";
+        return Err(CliError::Argument(reason.into()));
+    }
+    if arguments.port.is_some() && arguments.origin_mm.is_none() {
+        let reason =
+            "a real machine needs the drawing's origin: --alignment, --origin-mm, or `keepout align JOB`";
+        return Err(CliError::Argument(reason.into()));
+    }
+    if arguments.port.is_some() && !arguments.home && !arguments.homed {
+        let reason = "a real machine needs --home (tool raised), or --homed if it was homed since power-up";
+        return Err(CliError::Argument(reason.into()));
+    }
+    Ok(())
+}
+
 /// Refuses a plan whose margin is of the simulated machine, at a real one.
-pub fn refuse_margin_of_simulation(machine: &MachineProfile) -> Result<(), CliError> {
+pub fn refuse_margin_of_simulation(
+    arguments: &RunArguments,
+    machine: &MachineProfile,
+) -> Result<(), CliError> {
+    if arguments.port.is_none() || arguments.simulate {
+        return Ok(());
+    }
     let simulated = MachineProfile::simulated();
     // A profile that `drives budget` made from the simulated machine keeps its name, but has its own source.
     if machine.name != simulated.name && machine.contour_error_source != simulated.contour_error_source {

@@ -15,21 +15,26 @@ use keepout_sim::conformance::check_dialect;
 
 use super::CliError;
 use super::conformance::{AtPort, ConformanceArguments, compare_files, conformance};
+use super::store::StoredMachine;
 use crate::examine::{Examination, examine, remedy};
 
 /// Arguments of `doctor`.
 #[derive(Debug, Args)]
 pub struct DoctorArguments {
     /// The serial port, such as /dev/ttyUSB0.
-    #[arg(long, value_name = "DEVICE", required_unless_present = "compare")]
+    #[arg(long, value_name = "DEVICE", required_unless_present_any = ["compare", "machine"])]
     port: Option<String>,
     /// Dialect of the controller: grbl, grblhal, zaber, venus, or a file that describes another dialect.
     /// `doctor` reads the settings of grbl and grblhal only.
-    #[arg(long, value_name = "DIALECT", default_value = "grbl")]
-    dialect: String,
-    /// Baud rate of the port.
-    #[arg(long, default_value_t = 115_200)]
-    baud: u32,
+    #[arg(long, value_name = "DIALECT")]
+    dialect: Option<String>,
+    /// Baud rate of the port. Default: 115200.
+    #[arg(long)]
+    baud: Option<u32>,
+    /// The stored name of a machine; see `keepout machine`. It gives the port, the dialect, the baud rate and the
+    /// machine profile.
+    #[arg(long, value_name = "NAME", conflicts_with = "machine_profile")]
+    machine: Option<String>,
     /// Machine profile, a TOML file. Without it, the figures of the simulated machine are used.
     #[arg(long, value_name = "FILE")]
     machine_profile: Option<PathBuf>,
@@ -44,26 +49,29 @@ pub fn doctor(arguments: &DoctorArguments) -> Result<ExitCode, CliError> {
     if let Some(files) = &arguments.conformance.compare {
         return compare_files(files);
     }
+    let stored = arguments.machine.as_deref().map(StoredMachine::named).transpose()?;
+    let stored = stored.unwrap_or_else(StoredMachine::simulated);
     let machine = match &arguments.machine_profile {
         Some(path) => MachineProfile::load(path)?,
-        None => MachineProfile::simulated(),
+        None => stored.profile,
     };
-    let dialect_name =
-        DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
+    let port = arguments.port.as_ref().unwrap_or(&stored.port);
+    let baud = arguments.baud.unwrap_or(stored.baud);
+    let dialect_name = DialectName::named(arguments.dialect.as_ref().unwrap_or(&stored.dialect))
+        .map_err(|error| CliError::Argument(error.to_string()))?;
     if arguments.conformance.conformance {
         check_dialect(&dialect_name)?;
     }
     let config = DialectConfig::of(&machine, Vector { dx: 0, dy: 0 });
     let mut dialect = dialect_name.dialect(config);
-    let mut port = Serial::open(arguments.port.as_deref().unwrap_or_default(), arguments.baud)?;
+    let mut port = Serial::open(port, baud)?;
     let mut clock = RealClock::default();
     let needed = (machine.steps_per_mm, machine.arc_tolerance_mm);
     let queries = usize::from(arguments.queries);
     let found = examine(&mut port, &mut clock, dialect.as_mut(), queries, needed)?;
-    let (fit, machine) = print_examination(machine, &found, arguments.baud)?;
+    let (fit, machine) = print_examination(machine, &found, baud)?;
     match (&arguments.machine_profile, fit) {
         (Some(profile), true) if arguments.conformance.conformance => {
-            let baud = arguments.baud;
             let at = AtPort { port: &mut port, baud, clock: &mut clock, dialect_name, machine, profile };
             conformance(at, &arguments.conformance)
         }

@@ -131,6 +131,9 @@ pub enum CliError {
         /// Number of plan files in it.
         seen: usize,
     },
+    /// A fault stopped a touch-off.
+    #[error("stopped: {0}")]
+    Stopped(String),
     /// An argument is out of range.
     #[error("{0}")]
     Argument(String),
@@ -192,7 +195,7 @@ impl CliError {
             Self::Simulate(StandaloneError::File(_)) => 7,
             #[cfg(unix)]
             Self::Simulate(_) => 2,
-            Self::Port(_) | Self::Examine(_) | Self::Record(_) => 6,
+            Self::Port(_) | Self::Examine(_) | Self::Record(_) | Self::Stopped(_) => 6,
         })
     }
 }

@@ -321,8 +321,8 @@ pub fn new(arguments: &NewArguments) -> Result<ExitCode, CliError> {
     println!("Next:");
     println!("  keepout inspect {shown}      the drawing, its contours and its problems");
     println!("  keepout plan {shown}         the plan; its settings are in {shown}/job.toml");
-    println!("  keepout align {shown}        where the part lies on the machine");
-    println!("  keepout run {shown}          jog, and cut the contours");
+    println!("  keepout align {shown} --take edges --home      where the part lies on the machine");
+    println!("  keepout run {shown} --homed  jog, and cut the contours");
     println!("  keepout report {shown}       the page that goes with the part");
     Ok(ExitCode::SUCCESS)
 }

@@ -26,7 +26,7 @@ pub const HELP: [&str; 12] = [
     "arrows         jog; HOME, PAGE UP, END and PAGE DOWN jog diagonally",
     "1 2 3 4        speed 5, 20, 50 or 100 %; in step mode the size of a step",
     "s              step mode on or off: each press moves one step",
-    "a              arm the cycle: the next touch of the wall starts the contour",
+    "a              arm the cycle: touching the wall starts the contour, at once if the tool touches it now",
     "p              pause the contour (feed hold)",
     "r              resume the contour (cycle start)",
     "f              recover after a fault",

@@ -24,7 +24,9 @@ use keepout_sim::ServoConfig;
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 
 use super::align::placed;
-use super::before::{ConfirmPage, OperatorName, check_output, default_log, refuse_margin_of_simulation};
+use super::before::{
+    ConfirmPage, OperatorName, check_output, default_log, refuse_incomplete, refuse_margin_of_simulation,
+};
 use super::display::Display;
 use super::job::JobFolder;
 use super::operator_setup::{OperatorSetup, set_up};
@@ -34,10 +36,14 @@ use super::values::seconds;
 use super::{CliError, MachineArgument, RunArguments};
 
 pub fn run(given: &RunArguments) -> Result<ExitCode, CliError> {
-    match JobFolder::at(&given.plan)? {
+    let code = match JobFolder::at(&given.plan)? {
         None => run_plan(given),
         Some(job) => in_job(&job, given),
+    }?;
+    if given.dry_run {
+        println!("{:<36} nothing was cut: its log does not count for `resume` and `report`", "dry run");
     }
+    Ok(code)
 }
 
 /// Continues the last run of a job.
@@ -55,10 +61,17 @@ pub fn resume(given: &RunArguments) -> Result<ExitCode, CliError> {
 
 /// Runs a job, and makes its report.
 fn in_job(job: &JobFolder, given: &RunArguments) -> Result<ExitCode, CliError> {
+    if given.resume.is_none() && !given.dry_run && !job.logs().is_empty() {
+        let name = job.folder.display();
+        eprintln!("note: this run begins a new part. `keepout resume {name}` continues the last one.");
+    }
     let arguments = job.run_arguments(given)?;
     let code = run_plan(&arguments)?;
     let ran = arguments.log.as_ref().is_some_and(|log| log.exists());
     if ran && !given.dry_run {
+        if given.resume.is_none() {
+            job.keep_earlier(&job.path("report.html"))?;
+        }
         super::report::of_job(job, arguments.time)?;
     }
     Ok(code)
@@ -91,7 +104,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         title: arguments.title.clone(),
         names_log: arguments.log.is_none(),
     };
-    refuse_incomplete(arguments, &plan)?;
+    refuse_incomplete(arguments)?;
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
     let work = PreparedPlan::new(plan);
     let progress = match &arguments.resume {
@@ -102,6 +115,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         }
         None => Progress::default(),
     };
+    refuse_margin_of_simulation(arguments, &work.plan.plan.machine)?;
     if progress.finished.len() == work.plan.plan.loop_count() {
         println!("every contour of the plan is cut: this run has no work");
         return Ok(ExitCode::SUCCESS);
@@ -125,29 +139,6 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
             )
         }
     }
-}
-
-/// Refuses options without the log that they need, and a real machine with the margin of a simulated one or without
-/// a place for the drawing.
-fn refuse_incomplete(arguments: &RunArguments, plan: &CertifiedPlan) -> Result<(), CliError> {
-    if arguments.port.is_some() && !arguments.simulate {
-        refuse_margin_of_simulation(&plan.plan.machine)?;
-    }
-    if arguments.resume.is_none() && (arguments.moved || !arguments.recut.is_empty()) {
-        let reason =
-            "--recut and --moved continue an earlier run: give --resume LOG, or `keepout resume JOB`";
-        return Err(CliError::Argument(reason.into()));
-    }
-    if arguments.port.is_some() && arguments.origin_mm.is_none() {
-        let reason =
-            "a real machine needs the drawing's origin: --alignment, --origin-mm, or `keepout align JOB`";
-        return Err(CliError::Argument(reason.into()));
-    }
-    if arguments.port.is_some() && !arguments.home && !arguments.homed {
-        let reason = "a real machine needs --home (tool raised), or --homed if it was homed since power-up";
-        return Err(CliError::Argument(reason.into()));
-    }
-    Ok(())
 }
 
 /// The time limit. A run with a person has none by default.

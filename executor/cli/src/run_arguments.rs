@@ -58,7 +58,7 @@ pub(crate) struct RunArguments {
     #[arg(long, conflicts_with = "home")]
     pub(crate) homed: bool,
     /// State that the controller at the port is a simulator. Operator models, scripts and traces may then move it.
-    #[arg(long, requires = "port")]
+    #[arg(long)]
     pub(crate) simulate: bool,
     /// Start without the question on the page before the first motion.
     #[arg(long)]
@@ -67,7 +67,7 @@ pub(crate) struct RunArguments {
     #[arg(long, conflicts_with = "report")]
     pub(crate) dry_run: bool,
     /// State that the drawing of the alignment and the drawing of the plan have the same origin.
-    #[arg(long, requires = "alignment")]
+    #[arg(long)]
     pub(crate) same_origin: bool,
     /// The operator: keyboard; gamepad or gamepad:DEVICE; handwheel or handwheel:DEVICE. At a simulated machine also
     /// a model (calm, jittery, wall, random, stuck, reversal), a script file, or trace:FILE. A port has no default;

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use super::CliError;
 use crate::examine::{Examination, examine};
-use crate::values::{length, pair};
+use crate::values::{full_path, length, pair};
 
 static STORED: FileKind = FileKind {
     unreadable: "List the stored names with `keepout machine list` or `keepout tool list`.",
@@ -123,16 +123,21 @@ fn write<T: Serialize>(kind: &str, name: &str, value: &T, overwrite: bool) -> Re
 }
 
 impl StoredMachine {
-    /// The machine with this name. The simulated machine is built in.
+    /// The simulated machine, which is built in.
+    pub fn simulated() -> Self {
+        Self {
+            port: String::new(),
+            dialect: "grbl".into(),
+            baud: 115_200,
+            operator: "keyboard".into(),
+            profile: MachineProfile::simulated(),
+        }
+    }
+
+    /// The machine with this name.
     pub fn named(name: &str) -> Result<Self, CliError> {
         if name == SIMULATED {
-            return Ok(Self {
-                port: String::new(),
-                dialect: "grbl".into(),
-                baud: 115_200,
-                operator: "keyboard".into(),
-                profile: MachineProfile::simulated(),
-            });
+            return Ok(Self::simulated());
         }
         let stored: Self = read("machine", name)?;
         Ok(Self { profile: stored.profile.checked()?, ..stored })
@@ -252,8 +257,7 @@ fn new_machine(arguments: &NewMachine) -> Result<ExitCode, CliError> {
     // A name that exists is an error before the questions.
     let path = path_of("machine", &arguments.name)?;
     if arguments.name == SIMULATED {
-        let reason = "\"simulated\" is the machine of the program. Choose another name.";
-        return Err(CliError::Argument(reason.into()));
+        return Err(CliError::Argument("\"simulated\" is built in. Choose another name.".into()));
     }
     if path.exists() && !arguments.overwrite {
         let reason =
@@ -285,13 +289,11 @@ fn new_machine(arguments: &NewMachine) -> Result<ExitCode, CliError> {
     let path = write("machine", &arguments.name, &stored, arguments.overwrite)?;
     print!("{}", toml::to_string(&stored).unwrap_or_default());
     println!("\n{:<36} {}", format!("machine \"{}\"", arguments.name), path.display());
-    println!("Check every figure. `keepout doctor` tells whether a session can begin.");
+    println!(
+        "Check every figure. `keepout doctor --machine \"{}\"` tells whether a session can begin.",
+        arguments.name
+    );
     Ok(ExitCode::SUCCESS)
-}
-
-/// The dialect, with the full path if it is a file: a machine is used from any folder.
-fn full_path(dialect: &str) -> String {
-    std::fs::canonicalize(dialect).map_or_else(|_| dialect.into(), |path| path.display().to_string())
 }
 
 /// Number of timed queries.

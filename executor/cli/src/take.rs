@@ -177,7 +177,7 @@ fn corners(profile: &Profile) -> Result<Vec<Place>, CliError> {
 
 fn holes(profile: &Profile, side: MachinedSide) -> Result<Vec<Place>, CliError> {
     let round = |(number, each): (usize, &keepout_planner::profile::ProfileLoop)| {
-        let name = ContourName::of(number + 1, each, &ContourPolygon::of(each), 1, side.into());
+        let name = ContourName::of(number + 1, each, &ContourPolygon::of(each), (1, side.into()), 0.0);
         matches!(name.shape, ContourShape::Circle { .. }).then_some(name)
     };
     let holes: Vec<ContourName> = profile.loops.iter().enumerate().filter_map(round).collect();
@@ -239,7 +239,7 @@ fn jogged(places: &[Place], machine: &StoredMachine, home: bool) -> Result<Vec<M
     crate::input::terminal::restore();
     let outcome = outcome?;
     if let Some(fault) = outcome.fault() {
-        return Err(CliError::Argument(format!("stopped: {fault}")));
+        return Err(CliError::Stopped(fault.to_string()));
     }
     if taking.taken.len() < places.len() {
         return Err(CliError::Argument(

@@ -62,6 +62,11 @@ pub(crate) fn pass(text: &str) -> Result<PassParameters, String> {
     }
 }
 
+/// The dialect, with the full path if it is a file: a machine is used from any folder.
+pub(crate) fn full_path(dialect: &str) -> String {
+    std::fs::canonicalize(dialect).map_or_else(|_| dialect.into(), |path| path.display().to_string())
+}
+
 /// Checks a time in seconds.
 pub fn seconds(name: &str, value: f64) -> Result<Duration, CliError> {
     let known = (0.0..=1e7).contains(&value);

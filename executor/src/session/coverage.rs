@@ -56,8 +56,14 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>
     let radius = mm(plan.plan.tool_radius.units());
     let centres = CentrePaths::new(cut, mm(plan.finishing.units()) + MISSED_MM);
     let spaces = plan.plan.finish().free_spaces();
-    // A path may begin on the loop that bounds its free space. Another of its places then lies inside.
-    let component = |places: &Vec<Point>| places.iter().map(|&place| spaces.component_of(place)).max();
+    // A path lies on the loop that bounds its free space, give or take rounding. A place beside it lies inside.
+    let beside = |place: Point| {
+        let asides = [(0.0, 0.0), (ASIDE_MM, 0.0), (-ASIDE_MM, 0.0), (0.0, ASIDE_MM), (0.0, -ASIDE_MM)];
+        asides.into_iter().filter_map(move |(x, y)| point_from_mm(point_mm(place) + Mm2::new(x, y)).ok())
+    };
+    let component = |places: &Vec<Point>| {
+        places.iter().flat_map(|&place| beside(place)).map(|place| spaces.component_of(place)).max()
+    };
     let components: Vec<usize> = centres.places.iter().filter_map(component).collect();
     let mut result = Coverage::default();
     let mut sum = 0.0;

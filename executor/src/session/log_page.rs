@@ -126,7 +126,12 @@ fn time_rows(header: &Header, replay: &Replay) -> Vec<(String, String)> {
         row("other time", span(starting + touching + held + stopped)),
     ];
     if earlier > 0 {
-        rows.push(row("earlier sessions", format!("{earlier} finishing loops were cut before")));
+        rows.push(row(
+            "earlier sessions",
+            format!(
+                "{earlier} finishing loops were cut before. Times and counts are of the last session alone."
+            ),
+        ));
     }
     rows
 }

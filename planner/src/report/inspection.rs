@@ -2,7 +2,8 @@
 
 use super::element::{Lines, circle, path, text};
 use super::view::{
-    Entry, Mark, View, draw_dimensions, draw_label, draw_left_out, left_out_entry, outlines, page, path_of,
+    Entry, Mark, View, draw_dimensions, draw_label, draw_left_out, draw_origin, left_out_entry, outlines,
+    page, path_of,
 };
 use crate::contour::short;
 use crate::drawing::{Chained, Drawing};
@@ -38,6 +39,7 @@ pub fn inspection_svg(found: &Inspection, drawing: &Drawing, chained: &Chained, 
     }
     if let Some(around) = found.box_mm {
         draw_dimensions(&mut body, around, &view);
+        draw_origin(&mut body, &view);
     }
     marks(&mut body, &found.repairs, REPAIR, &view);
     marks(&mut body, &found.problems, OPEN, &view);

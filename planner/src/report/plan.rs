@@ -4,8 +4,8 @@ use keepout_kernel::{Curve, Length, Side};
 
 use super::element::{Element, Lines, circle, path};
 use super::view::{
-    Entry, HATCH, Mark, View, draw_dimensions, draw_label, draw_left_out, left_out_entry, outlines, page,
-    path_of, polygons, polyline_of,
+    Entry, HATCH, Mark, View, draw_dimensions, draw_label, draw_left_out, draw_origin, left_out_entry,
+    outlines, page, path_of, polygons, polyline_of,
 };
 use crate::contour::{ContourName, ContourRole, exact_box, short};
 use crate::finish::{centre_distance, offset_among};
@@ -111,7 +111,11 @@ pub fn svg(plan: &CertifiedPlan, title: &str, run: &RunDrawing<'_>) -> String {
         }
     }
     draw_numbers(&mut body, plan, &view);
-    draw_dimensions(&mut body, profile_box(plan), &view);
+    // The box around a turned part has other sizes than the part.
+    if plan.plan.provenance.turned_degrees() == 0.0 {
+        draw_dimensions(&mut body, profile_box(plan), &view);
+    }
+    draw_origin(&mut body, &view);
     if let Some(last) = run.traces.last().and_then(|trace| trace.points_mm.last()) {
         draw_tool(&mut body, *last, mm(plan.plan.tool_radius.units()), &view);
     }

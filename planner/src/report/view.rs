@@ -146,7 +146,7 @@ pub(super) fn left_out_entry(count: usize) -> Entry {
     Entry::new(LEFT_OUT, Mark::Dash, format!("left out of the drawing: {count} curves"))
 }
 
-/// Draws width and height beside a box, and the drawing's origin.
+/// Draws width and height beside a box.
 pub(super) fn draw_dimensions(out: &mut Lines, around: Box2, view: &View) {
     let ((x0, y1), (x1, y0)) = (view.xy(around.low), view.xy(around.high));
     let size = around.size();
@@ -182,6 +182,10 @@ pub(super) fn draw_dimensions(out: &mut Lines, around: Box2, view: &View) {
         label((left - 5.0, across), size.y)
             .set("transform", format_args!("rotate(-90 {:.1} {across:.1})", left - 5.0)),
     ]);
+}
+
+/// Draws the drawing's origin.
+pub(super) fn draw_origin(out: &mut Lines, view: &View) {
     let (x, y) = view.xy(Mm2::ZERO);
     let in_field = (PAD..=WIDTH - PAD).contains(&x) && (PAD..=PAD + view.height).contains(&y);
     if in_field {
