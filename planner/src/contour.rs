@@ -6,7 +6,7 @@ use std::fmt;
 use keepout_kernel::{ArcView, Curve, Side, UNITS_PER_MM};
 use serde::Serialize;
 
-use crate::profile::ProfileLoop;
+use crate::profile::{Profile, ProfileLoop};
 use crate::select::ContourPolygon;
 use crate::units::{arc_mm, point_mm};
 use crate::{Box2, Mm2};
@@ -173,6 +173,13 @@ pub fn box_turned_back(each: &ProfileLoop, degrees: f64) -> Option<Box2> {
         Box2::around(ends.into_iter().chain(extremes).map(back))
     });
     boxes.reduce(Box2::union)
+}
+
+/// The box around a profile along the axes of its drawing, which was turned by `degrees`, mm.
+#[must_use]
+pub fn profile_box(profile: &Profile, degrees: f64) -> Box2 {
+    let boxes = profile.loops.iter().filter_map(|each| box_turned_back(each, degrees));
+    boxes.reduce(Box2::union).unwrap_or_default()
 }
 
 /// The points of an arc where it runs along an axis of a drawing that was turned by `turned`, radians.

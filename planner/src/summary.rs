@@ -3,14 +3,14 @@
 use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
 
-use crate::contour::{box_turned_back, short};
+use crate::Mm2;
+use crate::contour::{profile_box, short};
 use crate::finish::centre_distance;
 use crate::plan::{CertifiedPlan, Cut, Pass};
 use crate::profile::MachinedSide;
 use crate::select::ContourPolygon;
 use crate::size::size;
 use crate::units::mm;
-use crate::{Box2, Mm2};
 
 /// Largest number of contours that the summary lists.
 const LISTED: usize = 40;
@@ -40,10 +40,7 @@ impl CertifiedPlan {
     /// Size of the profile along x and y, mm.
     #[must_use]
     pub fn profile_size_mm(&self) -> Mm2 {
-        let boxes = self.plan.profile.loops.iter();
-        let degrees = self.plan.provenance.turned_degrees();
-        let boxes = boxes.filter_map(|each| box_turned_back(each, degrees));
-        boxes.reduce(Box2::union).unwrap_or_default().size()
+        profile_box(&self.plan.profile, self.plan.provenance.turned_degrees()).size()
     }
 
     /// Summary of the plan, line by line. Warnings come first.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::SystemTime;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use keepout_executor::session::log::rfc_3339;
 use keepout_planner::Mm2;
 use keepout_planner::file::{FileKind, OUTPUT};
@@ -174,18 +174,15 @@ impl JobFolder {
     /// The drawing arguments, where the command line gives no others.
     pub fn drawing_arguments(&self, given: &DrawingArguments) -> DrawingArguments {
         let file = &self.file;
-        let list = |given: &Vec<String>, own: &Vec<String>| {
-            if given.is_empty() { own.clone() } else { given.clone() }
-        };
         DrawingArguments {
             drawing: self.drawing(),
-            layer: list(&given.layer, &file.layers),
-            without_layer: list(&given.without_layer, &file.without_layers),
+            layer: given_or(&given.layer, &file.layers),
+            without_layer: given_or(&given.without_layer, &file.without_layers),
             units: given.units.clone().or_else(|| file.units.clone()),
             scale: given.scale.or(file.scale),
             join_mm: given.join_mm.or(file.join_mm),
-            line_type: list(&given.line_type, &file.line_types),
-            without_line_type: list(&given.without_line_type, &file.without_line_types),
+            line_type: given_or(&given.line_type, &file.line_types),
+            without_line_type: given_or(&given.without_line_type, &file.without_line_types),
             ..given.clone()
         }
     }
@@ -193,28 +190,25 @@ impl JobFolder {
     /// The arguments of a plan, where the command line gives no others.
     pub fn plan_arguments(&self, given: &PlanArguments) -> Result<PlanArguments, CliError> {
         let file = &self.file;
-        let list = |given: &Vec<String>, own: &Vec<String>| {
-            if given.is_empty() { own.clone() } else { given.clone() }
-        };
         let passes: Result<Vec<_>, String> = file.passes.iter().map(|text| pass(text)).collect();
         let passes = passes.map_err(|reason| {
             CliError::Argument(format!("{}: passes: {reason}", self.path("job.toml").display()))
         })?;
         let alignment =
             given.alignment.clone().or_else(|| Some(self.alignment()).filter(|path| path.is_file()));
-        let at = file.at.iter().map(|&[x, y]| Mm2::new(x, y)).collect();
+        let at: Vec<Mm2> = file.at.iter().map(|&[x, y]| Mm2::new(x, y)).collect();
         Ok(PlanArguments {
             drawing: self.drawing_arguments(&given.drawing),
             alignment,
             tool_diameter: Some(given.tool_diameter.map_or_else(|| self.tool_mm(), Ok)?),
             side: given.side.or(file.side),
             stock_to_leave_mm: given.stock_to_leave_mm.or(file.stock_to_leave_mm),
-            at: if given.at.is_empty() { at } else { given.at.clone() },
+            at: given_or(&given.at, &at),
             leave_out_open: given.leave_out_open || file.leave_out_open,
             stroke: given.stroke.or(file.stroke),
-            keep_out_layer: list(&given.keep_out_layer, &file.keep_out_layers),
+            keep_out_layer: given_or(&given.keep_out_layer, &file.keep_out_layers),
             travel_layer: given.travel_layer.clone().or_else(|| file.travel_layer.clone()),
-            pass: if given.pass.is_empty() { passes } else { given.pass.clone() },
+            pass: given_or(&given.pass, &passes),
             cut: given.cut.or(file.cut),
             machine: given
                 .machine
@@ -255,6 +249,11 @@ impl JobFolder {
             ..given.clone()
         })
     }
+}
+
+/// The values of the command line, or without any those of the job.
+fn given_or<T: Clone>(given: &[T], own: &[T]) -> Vec<T> {
+    if given.is_empty() { own.to_vec() } else { given.to_vec() }
 }
 
 /// A log's name that no file has.
@@ -305,15 +304,12 @@ pub fn new(arguments: &NewArguments) -> Result<ExitCode, CliError> {
     std::fs::create_dir_all(&folder).map_err(unwritable())?;
     OUTPUT.write(&folder.join(&name), &bytes)?;
     let text = |value: &str| toml::Value::String(value.into()).to_string();
-    let side = match side {
-        SideArgument::Outside => "outside",
-        SideArgument::Inside => "inside",
-    };
+    let side = side.to_possible_value().map_or(String::new(), |value| value.get_name().into());
     let file = TEMPLATE
         .replace("{drawing}", &text(&name))
         .replace("{machine}", &text(machine))
         .replace("{tool}", &text(tool))
-        .replace("{side}", &text(side))
+        .replace("{side}", &text(&side))
         .replace("{part}", &text(&stem));
     OUTPUT.write(&folder.join("job.toml"), file.as_bytes())?;
     let shown = folder.display();

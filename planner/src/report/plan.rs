@@ -7,7 +7,7 @@ use super::view::{
     Entry, HATCH, Mark, View, draw_dimensions, draw_label, draw_left_out, draw_origin, left_out_entry,
     outlines, page, path_of, polygons, polyline_of,
 };
-use crate::contour::{ContourName, ContourRole, exact_box, short};
+use crate::contour::{ContourName, ContourRole, profile_box, short};
 use crate::finish::{centre_distance, offset_among};
 use crate::job::{ContourJob, LoopNumber, Progress, preview};
 use crate::plan::CertifiedPlan;
@@ -113,7 +113,7 @@ pub fn svg(plan: &CertifiedPlan, title: &str, run: &RunDrawing<'_>) -> String {
     draw_numbers(&mut body, plan, &view);
     // The box around a turned part has other sizes than the part.
     if plan.plan.provenance.turned_degrees() == 0.0 {
-        draw_dimensions(&mut body, profile_box(plan), &view);
+        draw_dimensions(&mut body, profile_box(&plan.plan.profile, 0.0), &view);
     }
     draw_origin(&mut body, &view);
     if let Some(last) = run.traces.last().and_then(|trace| trace.points_mm.last()) {
@@ -121,12 +121,6 @@ pub fn svg(plan: &CertifiedPlan, title: &str, run: &RunDrawing<'_>) -> String {
     }
     run.spots.iter().for_each(|spot| draw_spot(&mut body, spot, &view));
     page(&view, title, &legend(plan, run), &body)
-}
-
-/// The box around the profile.
-fn profile_box(plan: &CertifiedPlan) -> Box2 {
-    let boxes = plan.plan.profile.loops.iter().filter_map(exact_box);
-    boxes.reduce(Box2::union).unwrap_or_else(|| plan.part_box())
 }
 
 fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
