@@ -7,7 +7,6 @@ use keepout_kernel::{ArcView, Curve, Side, UNITS_PER_MM};
 use serde::Serialize;
 
 use crate::profile::{Profile, ProfileLoop};
-use crate::select::ContourPolygon;
 use crate::units::{arc_mm, point_mm};
 use crate::{Box2, Mm2};
 
@@ -74,20 +73,13 @@ impl ContourName {
     /// The name of a contour with `depth` others around it, of a part on this side. The drawing was turned by
     /// `degrees`; sizes are along its own axes.
     #[must_use]
-    pub fn of(
-        number: usize,
-        each: &ProfileLoop,
-        outline: &ContourPolygon,
-        (depth, side): (usize, Side),
-        degrees: f64,
-    ) -> Self {
+    pub fn of(number: usize, each: &ProfileLoop, depth: usize, side: Side, degrees: f64) -> Self {
         let length: f64 = each.curves().map(Curve::length).sum();
-        let bounds = exact_box(each).unwrap_or(outline.bounds);
         Self {
             number,
             role: role(depth, side),
-            shape: shape(each, box_turned_back(each, degrees).unwrap_or(bounds)),
-            middle_mm: bounds.middle(),
+            shape: shape(each, box_turned_back(each, degrees).unwrap_or_default()),
+            middle_mm: exact_box(each).unwrap_or_default().middle(),
             length_mm: length / f64::from(UNITS_PER_MM),
         }
     }
@@ -248,9 +240,7 @@ mod tests {
         let dxf = format!("0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n");
         let (_, chained) = PlanRequest::default().contours(dxf.as_bytes()).unwrap();
         let loops = chained.profile.loops.iter().enumerate();
-        let name = |(k, each): (usize, &ProfileLoop)| {
-            ContourName::of(k + 1, each, &ContourPolygon::of(each), (k, side), 0.0).short()
-        };
+        let name = |(k, each): (usize, &ProfileLoop)| ContourName::of(k + 1, each, k, side, 0.0).short();
         loops.map(name).collect()
     }
 

@@ -182,7 +182,7 @@ fn contour(
 ) -> ContourFacts {
     let lines = each.edges.iter().filter(|edge| matches!(edge.curve, Curve::Line(_))).count();
     ContourFacts {
-        name: ContourName::of(number, each, outline, (depth, Side::Outside), 0.0),
+        name: ContourName::of(number, each, depth, Side::Outside, 0.0),
         layer: layer.into(),
         depth,
         area_mm2: outline.area_mm2,

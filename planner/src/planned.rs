@@ -6,13 +6,12 @@ use keepout_kernel::offset::Outline;
 use keepout_kernel::{Point, Side, UNITS_PER_MM};
 
 use crate::Mm2;
-use crate::contour::{ContourName, ContourShape, exact_box, short};
+use crate::contour::{ContourName, ContourShape, short};
 use crate::finish::{FinishingLoop, centre_distance};
 use crate::job::LoopNumber;
 use crate::mesh::Mesh;
 use crate::plan::{CertifiedPlan, Provenance};
 use crate::reach::{Reach, reaches};
-use crate::select::ContourPolygon;
 use crate::units::{along_mm, length_up_from_mm, mm, point_from_mm};
 
 /// The tool does not fit along a contour if it leaves more than this share of the contour. A corner leaves less.
@@ -215,6 +214,7 @@ fn planned(plan: &CertifiedPlan) -> Vec<PlannedContour> {
     let profile = &plan.plan.profile;
     let depths = plan.part.region().depths();
     let numbers = &plan.plan.provenance.numbers;
+    let degrees = plan.plan.provenance.turned_degrees();
     let side: Side = plan.plan.side.into();
     let d = centre_distance(profile, &plan.plan.zones, plan.finishing);
     let reaches = reaches(&profile.outlines(&plan.part), &plan.plan.finish().loops, d);
@@ -226,16 +226,8 @@ fn planned(plan: &CertifiedPlan) -> Vec<PlannedContour> {
         .enumerate()
         .map(|(index, ((each, depth), reach))| {
             let number = numbers.get(index).copied().unwrap_or(index + 1);
-            let bounds = exact_box(each).unwrap_or_default();
-            let outline = ContourPolygon { points: Vec::new(), area_mm2: 0.0, bounds };
             PlannedContour {
-                name: ContourName::of(
-                    number,
-                    each,
-                    &outline,
-                    (depth, side),
-                    plan.plan.provenance.turned_degrees(),
-                ),
+                name: ContourName::of(number, each, depth, side, degrees),
                 reach,
                 loops: Vec::new(),
             }

@@ -360,9 +360,9 @@ fn finish(
     for (name, value) in facts.rows(plan) {
         println!("{name:<36} {value}");
     }
-    let title = format!("{}, as run", plan.plan.provenance.name);
-    let picture = picture_of_run(plan, &title, samples, &facts.progress);
     if let Some(path) = &outputs.picture {
+        let title = format!("{}, as run", plan.plan.provenance.name);
+        let picture = picture_of_run(plan, &title, samples, &facts.progress);
         write(path, picture.as_bytes())?;
         println!("{:<36} {}", "picture", path.display());
     }

@@ -22,7 +22,6 @@ use keepout_planner::contour::{ContourName, ContourShape};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::profile::{MachinedSide, Profile};
 use keepout_planner::request::PlanRequest;
-use keepout_planner::select::ContourPolygon;
 use keepout_planner::units::{point_from_mm, point_mm};
 
 use super::CliError;
@@ -177,7 +176,7 @@ fn corners(profile: &Profile) -> Result<Vec<Place>, CliError> {
 
 fn holes(profile: &Profile, side: MachinedSide) -> Result<Vec<Place>, CliError> {
     let round = |(number, each): (usize, &keepout_planner::profile::ProfileLoop)| {
-        let name = ContourName::of(number + 1, each, &ContourPolygon::of(each), (1, side.into()), 0.0);
+        let name = ContourName::of(number + 1, each, 1, side.into(), 0.0);
         matches!(name.shape, ContourShape::Circle { .. }).then_some(name)
     };
     let holes: Vec<ContourName> = profile.loops.iter().enumerate().filter_map(round).collect();

@@ -93,7 +93,8 @@ pub fn page_of_log(
     .html()
 }
 
-fn row(name: &str, value: impl Into<String>) -> (String, String) {
+/// A row of a table.
+pub(super) fn row(name: &str, value: impl Into<String>) -> (String, String) {
     (name.into(), value.into())
 }
 

@@ -10,6 +10,7 @@ use keepout_planner::size::size;
 use keepout_planner::units::mm;
 
 use super::coverage::Coverage;
+use super::log_page::row;
 use super::outcome::{JobOutcome, contour_rows};
 use crate::session::{Sample, SampleKind};
 use crate::supervisor::{Counts, Supervisor};
@@ -86,7 +87,6 @@ impl RunFacts {
     /// The rows of the table: name and value.
     #[must_use]
     pub fn rows(&self, plan: &CertifiedPlan) -> Vec<(String, String)> {
-        let row = |name: &str, value: String| (name.to_string(), value);
         let mut rows = vec![
             row("outcome", self.outcome.to_string()),
             row("setting", self.setting.clone()),
@@ -194,7 +194,6 @@ pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
 
 /// The rows about part and tool.
 pub(super) fn part_rows(plan: &CertifiedPlan) -> Vec<(String, String)> {
-    let row = |name: &str, value: String| (name.to_string(), value);
     let made = &plan.plan;
     let direction = match made.cut {
         Cut::Conventional => "conventional",
