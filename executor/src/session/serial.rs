@@ -82,6 +82,9 @@ mod tests {
     fn busy_missing_and_forbidden_ports_have_their_own_remedies() {
         let (_host, device) = TTYPort::pair().unwrap();
         let name = device.name().unwrap();
+        drop(device);
+        // Another program holds the port. A lock keeps even the administrator out.
+        let _held = Serial::open(&name, 115_200).unwrap();
         let busy = Serial::open(&name, 115_200).err().unwrap().to_string();
         assert!(busy.contains("Another program has it open"), "{busy}");
         let missing = Serial::open("/dev/no-such-port", 115_200).err().unwrap().to_string();

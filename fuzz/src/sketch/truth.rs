@@ -69,7 +69,14 @@ pub fn compare(sketch: &Sketch, zones: bool, chained: &Chained) {
         let joined = (sketch.order.join_mm * UNIT).max(ROUNDING);
         let doubled = chained.repairs.iter().any(|repair| matches!(repair, Repair::DuplicateDropped { .. }));
         let apart = if doubled { joined + 2.0 * COARSE } else { 0.0 };
-        truth.is_there(&chained.profile, off + 2.0 * joined + apart, 4.0 * joined);
+        // A line drawn there and back encloses no area. It may be left out, if it is listed with its length.
+        let flat_mm = chained.repairs.iter().filter_map(|repair| match repair {
+            Repair::ThereAndBack { length_mm, .. } => Some(2.0 * length_mm),
+            _ => None,
+        });
+        let flat = flat_mm.fold(0.0, f64::max) * UNIT;
+        let short = if flat > 0.0 { flat + ROUNDING } else { 0.0 };
+        truth.is_there(&chained.profile, off + 2.0 * joined + apart, short.max(4.0 * joined));
     }
 }
 
