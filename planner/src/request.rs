@@ -180,13 +180,14 @@ impl PlanRequest {
     ) -> Result<CertifiedPlan, PlanRequestError> {
         stage(Stage::Reading);
         let file = read(bytes).map_err(DrawingError::from)?;
-        let drawing = curves_of(&file, &self.part_choice())?;
+        let choice = self.part_choice();
+        let drawing = curves_of(&file, &choice)?;
         stage(Stage::Joining);
         let chained = chain(&drawing, self.join_mm, self.curve_mm)?;
         let left_out = drawing.left_out.iter().map(|(why, count)| format!("left out: {count} {why}"));
         let mut remarks: Vec<Remark> = chained.repairs.iter().map(repaired).collect();
         remarks.extend(drawing.remarks.iter().cloned().chain(left_out).map(Remark::from));
-        let selected = self.selection.apply(chained, (&drawing, &self.part_choice()), &mut remarks)?;
+        let selected = self.selection.apply(chained, (&drawing, &choice), &mut remarks)?;
         let shapes = PlanGeometry {
             profile: selected.profile,
             zones: self.zones(&file, &mut remarks)?,

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 pub use judge::{JudgedLog, Watched};
+use keepout_executor::session::outcome::Ending;
 use keepout_executor::session::place_on_table;
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::Vector;
@@ -98,6 +99,8 @@ pub struct Trials {
     offset: Vector,
 }
 
+/// The exit code of a session that leaves contours.
+const INCOMPLETE: i32 = 9;
 /// The drawing's origin, machine coordinates, mm: near the home position.
 const ORIGIN: &str = "-130,-110";
 const ORIGIN_MM: Mm2 = Mm2::new(-130.0, -110.0);
@@ -206,6 +209,7 @@ impl Trial<'_> {
         let (plan, port, log) = (self.trials.plan.display().to_string(), self.path("port"), self.path(log));
         let (seed, feed) = (self.moment.number.to_string(), FEED_MM_MIN.to_string());
         let mut arguments = vec!["run", &plan, "--port", &port, "--origin-mm", ORIGIN, "--log", &log];
+        arguments.extend(["--simulate", "--yes"]);
         arguments.extend(["--operator", operator, "--jog-s", "2.5"]);
         arguments.extend(["--feed-mm-min", feed.as_str()]);
         arguments.extend(["--limit-s", "80", "--seed", &seed]);
@@ -268,7 +272,8 @@ impl Trial<'_> {
         }
         let mut executor = self.executor("calm", &more, "second.log")?;
         let code = executor.wait(RESUMED_WITHIN)?;
-        if code != Some(0) {
+        // The outline is cut. The two holes are left: the operator would have to raise the tool.
+        if code != Some(INCOMPLETE) {
             return Err(format!("the resumed session ended with exit code {code:?}"));
         }
         // A new machine has received no bytes of the first session.
@@ -279,6 +284,10 @@ impl Trial<'_> {
         let second = self.log("second.log", &self.received(machine)?, earlier)?;
         let second = second.ok_or("there is no second log")?;
         second.goes_on_from(first)?;
+        let outcome = second.replay.outcome();
+        if outcome.ending != Ending::Incomplete || outcome.tally.cut != 1 {
+            return Err(format!("the resumed session ended as \"{outcome}\""));
+        }
         Ok(second.replay.counted.commands)
     }
 

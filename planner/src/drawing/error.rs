@@ -65,7 +65,10 @@ pub enum DrawingError {
         present: Vec<String>,
     },
     /// A layer to leave out is not in the file.
-    #[error("layer \"{asked}\" is not in the drawing. Layers with curves: {}.", list(present))]
+    #[error(
+        "layer \"{asked}\" of --without-layer is not in the drawing. Layers with curves: {}.",
+        list(present)
+    )]
     StrangeLayer {
         /// The layer.
         asked: String,
