@@ -8,6 +8,7 @@ use keepout_kernel::offset::{
     self, COVERAGE, Offset, OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path,
 };
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM, Vec2};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use crate::finish_error::{FinishError, PathRefusal};
@@ -190,17 +191,35 @@ impl FinishingPath {
         part: &ProhibitedRegion,
         (threshold, d): (Length, f64),
     ) -> Result<usize, PathRefusal> {
+        let motions = self.certify_loops(part, threshold)?;
+        self.certify_beside(outlines, part, d)?;
+        self.residual_can_be(&outlines[..part.region().rings().len()])?;
+        Ok(motions)
+    }
+
+    /// Checks that no loop comes near the part and that every loop closes. Returns the number of motions.
+    fn certify_loops(&self, part: &ProhibitedRegion, threshold: Length) -> Result<usize, PathRefusal> {
+        let certify = |each: &FinishingLoop| certify_path(part, threshold, &each.curves);
+        let ends: Vec<_> = self.loops.par_iter().map(certify).collect();
         let mut motions = 0;
-        for (index, each) in self.loops.iter().enumerate() {
-            let number = index + 1;
-            let end = certify_path(part, threshold, &each.curves)
-                .map_err(|gouge| PathRefusal::Gouge { number, gouge })?;
+        for (number, (each, end)) in (1..).zip(self.loops.iter().zip(ends)) {
+            let end = end.map_err(|gouge| PathRefusal::Gouge { number, gouge })?;
             let end = end.map(keepout_kernel::FreePoint::point);
             if end.is_none() || end != each.curves.first().map(Curve::from) {
                 return Err(PathRefusal::OpenLoop { number });
             }
             motions += each.curves.len();
         }
+        Ok(motions)
+    }
+
+    /// Checks that no stretch beside the part is missing, and that every loop runs beside the part in its space.
+    fn certify_beside(
+        &self,
+        outlines: &[Outline],
+        part: &ProhibitedRegion,
+        d: f64,
+    ) -> Result<(), PathRefusal> {
         let curves = self.loops.iter().flat_map(|each| &each.curves);
         certify_complete(part, outlines, d, ARC_CHORD_SLACK, curves).map_err(PathRefusal::Incomplete)?;
         for (number, each) in (1..).zip(&self.loops) {
@@ -212,8 +231,7 @@ impl FinishingPath {
                 return Err(PathRefusal::WrongSpace { number, found, said: each.component });
             }
         }
-        self.residual_can_be(&outlines[..part.region().rings().len()])?;
-        Ok(motions)
+        Ok(())
     }
 
     /// Checks the figures of the rest material: the stated contour length equals the true length to a

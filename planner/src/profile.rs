@@ -6,6 +6,7 @@ use keepout_kernel::exact::ring::{Piece, RingError};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::Outline;
 use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -155,14 +156,18 @@ impl Profile {
     /// # Errors
     /// [`ProfileError`] with the place of the first fault.
     pub fn part(&self, side: MachinedSide, zones: &Self) -> Result<ProhibitedRegion, ProfileError> {
-        let zones = zones.loops.iter().map(ProfileLoop::ring).collect::<Result<Vec<_>, _>>()?;
-        let rings = self.loops.iter().map(ProfileLoop::ring).collect::<Result<Vec<_>, _>>()?;
-        let region = Region::new(rings).map_err(|error| match error {
+        let region = Region::new(self.rings()?).map_err(|error| match error {
             RegionError::Empty => ProfileError::Empty,
             RegionError::RingsTouch { at, .. } => ProfileError::ContoursTouch { at },
         })?;
-        ProhibitedRegion::with_zones(region, side.into(), zones)
+        ProhibitedRegion::with_zones(region, side.into(), zones.rings()?)
             .map_err(|error| ProfileError::TooLarge { reason: error.to_string() })
+    }
+
+    fn rings(&self) -> Result<Vec<Ring>, ProfileError> {
+        let rings: Vec<_> = self.loops.par_iter().map(ProfileLoop::ring).collect();
+        // The first loop with a fault is named, whichever was checked first.
+        rings.into_iter().collect()
     }
 
     /// The largest chord-error bound of an edge.

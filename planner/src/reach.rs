@@ -1,8 +1,10 @@
 //! The reach of the tool: how much of each contour it cuts, and where it leaves rest material.
 
+use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::index::{CheckedIndex, Edge, build};
 use keepout_kernel::offset::Outline;
 use keepout_kernel::{Curve, Length, Point, Segment, UNITS_PER_MM};
+use rayon::prelude::*;
 
 use crate::Mm2;
 use crate::finish::FinishingLoop;
@@ -56,23 +58,24 @@ pub fn reaches(profile: &[Outline], loops: &[FinishingLoop], d: f64) -> Vec<Reac
         pairs
     });
     let edges = chords.map(|chord| Edge { chord, chord_error: Length::ZERO }).collect();
-    let mut path = PathIndex {
-        index: build::build(edges).ok(),
-        within: d + THIN_MM * f64::from(UNITS_PER_MM),
-        hint: None,
-    };
-    profile.iter().map(|outline| path.reach(outline)).collect()
+    let index = build::build(edges).ok();
+    let within = nearest_unit(d + THIN_MM * f64::from(UNITS_PER_MM));
+    let within = Length::from_units(within).unwrap_or(Length::ZERO);
+    let reach = |outline| PathSearch { index: index.as_ref(), within, nearby: None }.reach(outline);
+    profile.par_iter().map(reach).collect()
 }
 
-/// The chords of the toolpath.
-struct PathIndex {
-    index: Option<CheckedIndex>,
-    /// Largest distance of the centre from a cut place of the profile, lattice units.
-    within: f64,
-    hint: Option<usize>,
+/// Search for the chords of the toolpath along one contour.
+struct PathSearch<'a> {
+    /// `None` for an empty toolpath.
+    index: Option<&'a CheckedIndex>,
+    /// Largest distance of the centre from a cut place of the profile.
+    within: Length,
+    /// The chord that the last search found.
+    nearby: Option<Edge>,
 }
 
-impl PathIndex {
+impl PathSearch<'_> {
     fn reach(&mut self, outline: &Outline) -> Reach {
         let mut reach = Reach::default();
         let mut longest = 0.0;
@@ -134,10 +137,9 @@ impl PathIndex {
 
     fn is_cut(&mut self, curve: &Curve, share: f64) -> bool {
         let at = point_from_mm(along_mm(curve, share).0).unwrap_or(Point::ORIGIN);
-        let Some(nearest) = self.index.as_ref().and_then(|index| index.nearest(at, self.hint)) else {
-            return false;
-        };
-        self.hint = Some(nearest.edge);
-        nearest.distance() <= self.within
+        let is_near = |edge: &Edge| !edge.near_point(at, self.within).is_clear();
+        let found = || self.index?.near_point(at, self.within).copied();
+        self.nearby = self.nearby.filter(is_near).or_else(found);
+        self.nearby.is_some()
     }
 }

@@ -1,120 +1,196 @@
 //! The search for two segments that meet, among many.
 
 use alloc::vec::Vec;
+use core::cell::OnceCell;
 
 use super::lattice::{COORD_MAX, Length, Point};
 use super::segment::{Segment, Window, distance_2};
+use super::width::{Lattice, Product};
 
 /// Segments in a block, and blocks under one bound.
 const BLOCK: usize = 8;
 
-/// The first pair `i < j` for which `meet` answers yes, in the order of a divide-and-conquer walk.
+/// The first pair `i < j` of segments of different owners for which `meet` answers yes, in the order of a
+/// divide-and-conquer walk.
 ///
 /// The function bounds blocks of consecutive segments, and blocks of those blocks. It skips two blocks that
-/// their bounds separate, because they hold no pair that meets. The time is near-linear when consecutive
-/// segments lie near each other, even for long thin shapes.
-pub fn first_contact(edges: &[Segment], meet: impl Fn(usize, usize) -> bool) -> Option<(usize, usize)> {
-    let mut levels: Vec<Vec<Bound>> = Vec::new();
-    let mut below: Vec<Bound> = edges.iter().map(|&edge| Bound::of(edge)).collect();
-    while below.len() > 1 {
-        let above = below.chunks(BLOCK).filter_map(Bound::around).collect();
-        levels.push(below);
-        below = above;
+/// their bounds separate, because they hold no pair that meets, and blocks of one owner. The time is near-linear
+/// when consecutive segments lie near each other, even for long thin shapes.
+pub fn first_contact(
+    edges: &[Segment],
+    owner: impl Fn(usize) -> usize,
+    meet: impl Fn(usize, usize) -> bool,
+) -> Option<(usize, usize)> {
+    let mut search = Search { edges, owner, levels: Vec::new(), meet };
+    let (mut level, mut count) = (0_usize, edges.len());
+    while count > 1 {
+        let block = |index| search.under(level, index).map(|item| item.bounds).reduce(Bounds::union);
+        let blocks = (0..count.div_ceil(BLOCK)).map_while(block);
+        let blocks: Vec<Block> = blocks.map(|bounds| Block { bounds, strip: OnceCell::new() }).collect();
+        count = blocks.len();
+        search.levels.push(blocks);
+        level = level.saturating_add(1);
     }
-    let search = Search { levels, meet };
-    search.within(search.levels.len(), 0)
+    search.within(level, 0)
 }
 
-/// The bound of a block: a box, and a segment with every point of the block within a radius of it.
+/// The box of a segment or a block, and the owner of its segments if they have the same.
 #[derive(Clone, Copy)]
-struct Bound {
+struct Bounds {
     window: Window,
+    owner: Option<usize>,
+}
+
+impl Bounds {
+    fn union(self, other: Self) -> Self {
+        let owner = if self.owner == other.owner { self.owner } else { None };
+        Self { window: self.window.union(other.window), owner }
+    }
+
+    /// The longer side of the box.
+    fn extent(self) -> i32 {
+        let (x0, y0, x1, y1) = self.window.corners();
+        x1.saturating_sub(x0).max(y1.saturating_sub(y0))
+    }
+
+    /// Whether the boxes or the owners show that no segment of one block can meet a segment of another owner in
+    /// the other block.
+    fn apart(self, other: Self) -> bool {
+        (self.owner.is_some() && self.owner == other.owner) || !self.window.meets(other.window)
+    }
+}
+
+/// The points within a radius of an axis. It holds every point of its segments.
+#[derive(Clone, Copy)]
+struct Strip {
     axis: Segment,
     radius: Length,
 }
 
-impl Bound {
-    fn of(segment: Segment) -> Self {
-        Self { window: segment.bounds(), axis: segment, radius: Length::ZERO }
-    }
-
-    /// The bound of a block of bounds. The axis joins two ends of axes that are far apart. The points within
-    /// `radius` of the axis form a convex set, so this set holds an axis when it holds both its ends.
-    fn around(block: &[Self]) -> Option<Self> {
-        let ends = || block.iter().flat_map(|bound| [bound.axis.from, bound.axis.to]);
-        let window = block.iter().map(|bound| bound.window).reduce(Window::union)?;
+impl Strip {
+    /// A strip that holds segments. The axis joins two ends that are far apart. The points within `radius` of the
+    /// axis form a convex set, so this set holds a segment when it holds both its ends.
+    fn around(segments: &[Segment]) -> Option<Self> {
+        let ends = || segments.iter().flat_map(|segment| [segment.from, segment.to]);
         let far_from = |start: Point| ends().max_by_key(|&end| distance_2(start, end));
         let from = far_from(ends().next()?)?;
         let axis = Segment { from, to: far_from(from)? };
-        let radius = block.iter().fold(Length::ZERO, |radius, bound| {
-            let away = reach(axis, bound.axis.from).max(reach(axis, bound.axis.to));
-            radius.max(away.saturating_plus(bound.radius))
-        });
-        Some(Self { window, axis, radius })
+        let radius = ends().map(|end| reach(axis, end)).max()?;
+        Some(Self { axis, radius })
     }
 
-    /// Whether no segment of one block can meet a segment of the other.
-    fn apart(&self, other: &Self) -> bool {
+    fn apart(self, other: Self) -> bool {
         // A sum beyond the lattice, or a radius limited there, proves nothing.
         let reach = self.radius.plus(other.radius).ok().filter(|reach| reach.units() < COORD_MAX);
-        !self.window.meets(other.window)
-            || reach.is_some_and(|reach| self.axis.near_segment(other.axis, reach).is_clear())
+        reach.is_some_and(|reach| self.axis.near_segment(other.axis, reach).is_clear())
     }
 }
 
-/// The distance from the segment to the point, rounded up and limited to the largest length.
+struct Block {
+    bounds: Bounds,
+    /// The strip of a block of segments. The search computes it when it first needs it.
+    strip: OnceCell<Option<Strip>>,
+}
+
+/// A length within which the segment reaches the point, limited to the largest length. It exceeds the distance
+/// by at most two units where the point lies beside the segment, and is at most twice the distance elsewhere.
 fn reach(segment: Segment, point: Point) -> Length {
     let is_clear = |r: i64| Length::from_units(r).is_ok_and(|r| segment.near_point(point, r).is_clear());
-    // Most distances are short, so the search doubles a length until it reaches the point.
-    let (mut low, mut high) = (-1_i64, 0_i64);
-    while high < i64::from(COORD_MAX) && is_clear(high) {
-        low = high;
-        high = high.saturating_mul(2).max(1).min(i64::from(COORD_MAX));
+    let limit = i64::from(COORD_MAX);
+    let (mut reach, mut step) = (line_distance(segment, point).min(limit), 1_i64);
+    while reach < limit && is_clear(reach) {
+        reach = reach.saturating_add(step).min(limit);
+        step = step.saturating_mul(2);
     }
-    while high.saturating_sub(low) > 1 {
-        let middle = i64::midpoint(low, high);
-        if is_clear(middle) { low = middle } else { high = middle }
-    }
-    Length::from_units(high).unwrap_or(Length::ZERO)
+    Length::from_units(reach).unwrap_or(Length::ZERO)
 }
 
-struct Search<F> {
-    /// Bounds of single segments, of blocks, of blocks of blocks. The single bound over everything is not
-    /// stored.
-    levels: Vec<Vec<Bound>>,
+/// The distance from the segment's line to the point, rounded up by at most two units. Zero for a segment of
+/// length zero.
+fn line_distance(segment: Segment, point: Point) -> i64 {
+    let (along, away) = (segment.to.minus(segment.from), point.minus(segment.from));
+    let cross = Product::gap(Product::product(along.dx, away.dy), Product::product(along.dy, away.dx));
+    let length = distance_2(segment.from, segment.to).isqrt();
+    cross.saturating_abs().checked_div(length).map_or(0, |distance| distance.saturating_add(1))
+}
+
+/// A segment, at level 0, or a block.
+#[derive(Clone, Copy)]
+struct Item {
+    level: usize,
+    index: usize,
+    bounds: Bounds,
+}
+
+struct Search<'a, O, F> {
+    edges: &'a [Segment],
+    owner: O,
+    /// Blocks of segments, blocks of blocks, up to the one over everything.
+    levels: Vec<Vec<Block>>,
     meet: F,
 }
 
-impl<F: Fn(usize, usize) -> bool> Search<F> {
-    /// The bounds under item `index` of the level above `level`, with their numbers.
-    fn under(&self, level: usize, index: usize) -> impl Iterator<Item = (usize, &Bound)> + '_ {
+impl<O: Fn(usize) -> usize, F: Fn(usize, usize) -> bool> Search<'_, O, F> {
+    fn block(&self, above: usize, index: usize) -> Option<&Block> {
+        self.levels.get(above)?.get(index)
+    }
+
+    fn bounds(&self, level: usize, index: usize) -> Option<Bounds> {
+        match level.checked_sub(1) {
+            None => {
+                let window = self.edges.get(index)?.bounds();
+                Some(Bounds { window, owner: Some((self.owner)(index)) })
+            }
+            Some(above) => Some(self.block(above, index)?.bounds),
+        }
+    }
+
+    /// The strip of a segment, or of a block of segments. Blocks of blocks have boxes only.
+    fn strip(&self, item: Item) -> Option<Strip> {
+        match item.level {
+            0 => self.edges.get(item.index).map(|&axis| Strip { axis, radius: Length::ZERO }),
+            1 => *self.block(0, item.index)?.strip.get_or_init(|| {
+                let segments = self.edges.chunks(BLOCK).nth(item.index)?;
+                Strip::around(segments)
+            }),
+            _ => None,
+        }
+    }
+
+    /// The items under item `index` of the level above `level`.
+    fn under(&self, level: usize, index: usize) -> impl Iterator<Item = Item> + '_ {
         let first = index.saturating_mul(BLOCK);
-        let bounds = self.levels.get(level).and_then(|bounds| bounds.get(first..)).unwrap_or(&[]);
-        (first..).zip(bounds).take(BLOCK)
+        let items = first..first.saturating_add(BLOCK);
+        items.map_while(move |index| Some(Item { level, index, bounds: self.bounds(level, index)? }))
     }
 
     /// A pair of segments that meet, both under item `index`, `height` levels above the segments.
     fn within(&self, height: usize, index: usize) -> Option<(usize, usize)> {
         let level = height.checked_sub(1)?;
-        let found = self.under(level, index).find_map(|(i, _)| self.within(level, i));
+        let mut mixed = self.under(level, index).filter(|item| item.bounds.owner.is_none());
+        let found = mixed.find_map(|item| self.within(level, item.index));
         found.or_else(|| {
-            self.under(level, index).find_map(|(i, one)| {
-                let later = self.under(level, index).filter(|&(j, other)| j > i && !one.apart(other));
-                later.map(|(j, _)| self.between(level, i, j)).find_map(|pair| pair)
+            self.under(level, index).find_map(|one| {
+                let mut later = self.under(level, index).filter(|other| other.index > one.index);
+                later.find_map(|other| self.between(one, other))
             })
         })
     }
 
-    /// A pair of segments that meet, one under each of two different items that their bounds do not separate.
-    fn between(&self, height: usize, i: usize, j: usize) -> Option<(usize, usize)> {
-        let Some(level) = height.checked_sub(1) else {
-            return (self.meet)(i, j).then_some((i, j));
-        };
-        let across = self.levels.get(height).and_then(|bounds| bounds.get(j))?;
-        self.under(level, i).filter(|(_, one)| !one.apart(across)).find_map(|(a, one)| {
-            let meeting = self.under(level, j).filter(|(_, other)| !one.apart(other));
-            meeting.map(|(b, _)| self.between(level, a, b)).find_map(|pair| pair)
-        })
+    /// A pair of segments that meet, one under each of two items. It looks under the larger of the two, unless
+    /// their bounds separate them.
+    fn between(&self, one: Item, other: Item) -> Option<(usize, usize)> {
+        let strips_apart = || Some(self.strip(one)?.apart(self.strip(other)?));
+        if one.bounds.apart(other.bounds) || strips_apart().unwrap_or(false) {
+            return None;
+        }
+        match (one.level.checked_sub(1), other.level.checked_sub(1)) {
+            (Some(below), next) if next.is_none() || one.bounds.extent() > other.bounds.extent() => {
+                self.under(below, one.index).find_map(|part| self.between(part, other))
+            }
+            (_, Some(below)) => self.under(below, other.index).find_map(|part| self.between(one, part)),
+            (_, None) => (self.meet)(one.index, other.index).then_some((one.index, other.index)),
+        }
     }
 }
 
@@ -138,9 +214,16 @@ mod tests {
                 .collect();
             let meet = |i: usize, j: usize| edges[i].touches(edges[j]);
             let brute = (0..count).any(|i| (i + 1..count).any(|j| meet(i, j)));
-            let found = first_contact(&edges, meet);
+            let found = first_contact(&edges, |i| i, meet);
             assert_eq!(found.is_some(), brute, "seed {seed}");
             assert!(found.is_none_or(|(i, j)| i < j && meet(i, j)));
+            // Runs of edges have one owner, as those of a ring.
+            let run = random.usize(1..12);
+            let apart = |i: usize, j: usize| i / run != j / run && meet(i, j);
+            let brute = (0..count).any(|i| (i + 1..count).any(|j| apart(i, j)));
+            let found = first_contact(&edges, |i| i / run, meet);
+            assert_eq!(found.is_some(), brute, "seed {seed}");
+            assert!(found.is_none_or(|(i, j)| i < j && apart(i, j)));
         }
     }
 
@@ -149,10 +232,22 @@ mod tests {
     }
 
     #[test]
-    fn reach_is_the_distance_rounded_up() {
+    fn segment_reaches_the_point_within_its_reach() {
         let segment = Segment { from: at(0, 0), to: at(100, 0) };
-        for (x, y, away) in [(50, 7, 7), (50, 0, 0), (103, 4, 5), (-1, 1, 2), (50, -1_000_000, 1_000_000)] {
-            assert_eq!(reach(segment, at(x, y)).units(), away, "{x} {y}");
+        for (x, y, most) in [(50, 7, 8), (50, 0, 1), (103, 4, 10), (-1, 1, 4), (50, -1_000_000, 1_000_001)] {
+            let found = reach(segment, at(x, y));
+            assert!(!segment.near_point(at(x, y), found).is_clear() && found.units() <= most, "{x} {y}");
+        }
+        let mut random = fastrand::Rng::with_seed(1);
+        for round in 0..20_000 {
+            let spread = 1 << (1 + round % 29);
+            let mut place = || at(random.i64(-spread..=spread), random.i64(-spread..=spread));
+            let (segment, point) = (Segment { from: place(), to: place() }, place());
+            let found = reach(segment, point);
+            let half = Length::from_units(i64::from(found.units()) / 2 - 2);
+            let is_far = half.is_ok_and(|half| !segment.near_point(point, half).is_clear());
+            assert!(found.units() == COORD_MAX || !segment.near_point(point, found).is_clear());
+            assert!(!is_far, "{segment:?} {point}: {found:?} is more than twice the distance");
         }
         let corner = i64::from(COORD_MAX);
         let far = Segment { from: at(-corner, -corner), to: at(-corner, -corner) };
@@ -160,25 +255,28 @@ mod tests {
     }
 
     #[test]
-    fn blocks_are_separated_only_by_radii_on_the_lattice_or_by_boxes() {
-        let window = Window::from_corners(-COORD_MAX, -COORD_MAX, COORD_MAX, COORD_MAX);
-        let bound = |x, y, radius| {
+    fn strips_are_separated_only_by_radii_on_the_lattice() {
+        let strip = |x, y, radius| {
             let axis = Segment { from: at(x, y), to: at(x, y) };
-            Bound { window, axis, radius: Length::from_units(radius).unwrap() }
+            Strip { axis, radius: Length::from_units(radius).unwrap() }
         };
-        assert!(
-            bound(0, 0, 10).apart(&bound(30, 0, 19)),
-            "the axes are farther apart than the sum of the radii"
-        );
-        assert!(!bound(0, 0, 10).apart(&bound(30, 0, 20)), "the sum of the radii is reached");
+        let apart = |one: Strip, other: Strip| one.apart(other);
+        assert!(apart(strip(0, 0, 10), strip(30, 0, 19)), "farther apart than the sum of the radii");
+        assert!(!apart(strip(0, 0, 10), strip(30, 0, 20)), "the sum of the radii is reached");
         let corner = i64::from(COORD_MAX);
-        let cut = bound(-corner, -corner, corner);
-        assert!(!cut.apart(&bound(corner, corner, 0)), "a radius at the limit proves nothing");
-        assert!(!cut.apart(&bound(corner, corner, 5)), "a sum beyond the lattice proves nothing");
-        let beside = Bound { window: Window::from_corners(5, 5, 6, 6), ..cut };
-        assert!(
-            beside.apart(&Bound { window: Window::from_corners(7, 5, 8, 6), ..cut }),
-            "boxes still separate"
-        );
+        let cut = strip(-corner, -corner, corner);
+        assert!(!apart(cut, strip(corner, corner, 0)), "a radius at the limit proves nothing");
+        assert!(!apart(cut, strip(corner, corner, 5)), "a sum beyond the lattice proves nothing");
+    }
+
+    #[test]
+    fn bounds_are_separated_by_their_boxes_and_by_one_owner() {
+        let bounds = |x, owner| Bounds { window: Window::from_corners(x, 5, x + 1, 6), owner };
+        assert!(bounds(5, None).apart(bounds(7, None)) && !bounds(5, None).apart(bounds(6, None)));
+        assert!(bounds(5, Some(1)).apart(bounds(5, Some(1))), "of one owner");
+        assert!(!bounds(5, Some(1)).apart(bounds(5, Some(2))));
+        let (one, other) = (bounds(5, Some(1)), bounds(9, Some(2)));
+        assert_eq!(one.union(other).owner, None);
+        assert_eq!(one.union(bounds(9, Some(1))).owner, Some(1));
     }
 }

@@ -72,10 +72,10 @@ impl Region {
         let owner = |edge: usize| owners.get(edge).copied().unwrap_or(usize::MAX);
         // Each ring is simple already, so only edges of different rings need the test.
         let meet = |i: usize, j: usize| match (edges.get(i), edges.get(j)) {
-            (Some(one), Some(&other)) => owner(i) != owner(j) && one.touches(other),
+            (Some(one), Some(&other)) => one.touches(other),
             _ => false,
         };
-        match first_contact(&edges, meet) {
+        match first_contact(&edges, owner, meet) {
             Some(pair) => {
                 let Contact { first, second, at } = Contact::of(&edges, pair);
                 Err(RegionError::RingsTouch { first: owner(first), second: owner(second), at })
@@ -106,14 +106,31 @@ impl Region {
     #[must_use]
     pub fn depths(&self) -> Vec<usize> {
         let bounds = |ring: &Ring| ring.segments().map(Segment::bounds).reduce(Window::union);
-        let boxes: Vec<Option<Window>> = self.rings.iter().map(bounds).collect();
-        let around = |i: usize, ring: &Ring| {
-            let Some(&point) = ring.vertices().first() else { return 0 };
-            let others = self.rings.iter().zip(&boxes).enumerate().filter(|&(j, _)| j != i);
-            let near = others.filter(|(_, (_, bounds))| bounds.is_some_and(|bounds| bounds.holds(point)));
-            near.filter(|(_, (other, _))| other.crossing_parity_is_odd(point)).count()
-        };
-        self.rings.iter().enumerate().map(|(i, ring)| around(i, ring)).collect()
+        // A ring without vertices does not exist; it would lie in no ring and hold none.
+        let boxed = self.rings.iter().enumerate().filter_map(|(i, ring)| Some((i, ring, bounds(ring)?)));
+        let mut by_left: Vec<(usize, &Ring, Window)> = boxed.collect();
+        by_left.sort_by_key(|(.., bounds)| bounds.corners().0);
+        let firsts =
+            self.rings.iter().enumerate().filter_map(|(i, ring)| Some((i, *ring.vertices().first()?)));
+        let mut points: Vec<(usize, Point)> = firsts.collect();
+        points.sort_by_key(|(_, point)| point.x);
+        // Sweeps along x. `open` has the rings whose boxes hold the x of the point.
+        let mut unopened = by_left.into_iter().peekable();
+        let mut open: Vec<(usize, &Ring, Window)> = Vec::new();
+        let mut depths: Vec<usize> = self.rings.iter().map(|_| 0).collect();
+        for (i, point) in points {
+            let x = point.x.units();
+            while let Some(ring) = unopened.next_if(|(.., bounds)| bounds.corners().0 <= x) {
+                open.push(ring);
+            }
+            open.retain(|(.., bounds)| bounds.corners().2 >= x);
+            let others = open.iter().filter(|&&(j, _, bounds)| j != i && bounds.holds(point));
+            let around = others.filter(|(_, ring, _)| ring.crossing_parity_is_odd(point)).count();
+            if let Some(depth) = depths.get_mut(i) {
+                *depth = around;
+            }
+        }
+        depths
     }
 
     /// All edges, ring by ring.
@@ -151,6 +168,32 @@ mod tests {
         assert_eq!(place(20), Location::Boundary);
         assert_eq!(place(-5), Location::Outside);
         assert_eq!(region.depths(), [0, 1, 2]);
+    }
+
+    /// The oracle asks every ring about the first vertex of every other.
+    #[test]
+    fn depths_are_the_numbers_of_rings_around_each() {
+        let mut random = fastrand::Rng::with_seed(5);
+        for _ in 0..300 {
+            let mut rings = Vec::new();
+            for _ in 0..random.usize(1..40) {
+                let low = (random.i64(-60..60), random.i64(-60..60));
+                let high = (low.0 + random.i64(1..60), low.1 + random.i64(1..60));
+                let corners = [(low.0, low.1), (high.0, low.1), (high.0, high.1), (low.0, high.1)];
+                let corners = corners.map(|(x, y)| Point::from_units(x, y).unwrap());
+                rings.push(Ring::new(corners.to_vec()).unwrap());
+                if Region::new(rings.clone()).is_err() {
+                    rings.pop();
+                }
+            }
+            let region = Region::new(rings).unwrap();
+            let rings = region.rings();
+            let depth = |ring: &Ring| {
+                let others = rings.iter().filter(|other| *other != ring);
+                others.filter(|other| other.crossing_parity_is_odd(ring.vertices()[0])).count()
+            };
+            assert_eq!(region.depths(), rings.iter().map(depth).collect::<Vec<_>>());
+        }
     }
 
     #[test]

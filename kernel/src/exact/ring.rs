@@ -155,7 +155,7 @@ impl Ring {
             (Some(&one), Some(&other)) => one.touches(other),
             _ => false,
         };
-        match first_contact(&edges, meet) {
+        match first_contact(&edges, |edge| edge, meet) {
             Some(pair) => Err(RingError::Contact(Contact::of(&edges, pair))),
             None => Ok(ring),
         }

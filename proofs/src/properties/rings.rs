@@ -37,8 +37,8 @@ properties! {
         let count = d.one_of(40);
         contacts_are_found_when_there_are_any(&segments(d, count))
     }
-        => "the search finds a pair of segments that meet exactly when there is one, over one, two and \
-            three levels of blocks";
+        => "the search finds a pair of segments of different owners that meet exactly when there is one, over \
+            one, two and three levels of blocks, for owners of one segment and of five";
         random 30_000;
     few_contacts_are_found |d| few_contacts_are_found(&segments(d, 3))
         => "among three segments, the search finds a pair that meets exactly when there is one";
@@ -48,6 +48,23 @@ properties! {
         => "two rings make a region exactly when they do not touch; a point inside an odd number of them \
             is inside";
         random 60_000 kani 2 unwind 12 kissat;
+    depths_count_the_rings_around_each |d| {
+        let count = 1 + d.one_of(6);
+        depths_count_the_rings_around_each(&squares(d, count))
+    }
+        => "the depth of a ring is the number of rings around it, for up to six squares that do not touch";
+        random 60_000;
+}
+
+/// Corners of squares.
+fn squares<D: Draw>(d: &mut D, count: usize) -> Vec<[Xy; 4]> {
+    let mut square = || {
+        let ((x, y), (size, _)) = (d.point(), d.point());
+        // The square stays on the lattice.
+        let (x, y, side) = (x / 2, y / 2, size.abs() / 4 + 1);
+        [(x, y), (x + side, y), (x + side, y + side), (x, y + side)]
+    };
+    (0..count).map(|_| square()).collect()
 }
 
 fn polygon<D: Draw>(d: &mut D, count: usize) -> Vec<Xy> {
@@ -144,15 +161,47 @@ fn contacts_are_found_when_there_are_any(edges: &[Segment]) {
             Segment { from: edge.from, to: at((x + i64::from(d.dx) / 64, y + i64::from(d.dy) / 64)) }
         })
         .collect();
-    few_contacts_are_found(&short);
+    for run in [1, 5] {
+        contact_of_runs_is_found(&short, run);
+    }
 }
 
 fn few_contacts_are_found(edges: &[Segment]) {
+    contact_of_runs_is_found(edges, 1);
+}
+
+/// Each `run` of consecutive segments has one owner.
+fn contact_of_runs_is_found(edges: &[Segment], run: usize) {
     let meet = |i: usize, j: usize| edges[i].touches(edges[j]);
-    let any = (0..edges.len()).any(|i| (i + 1..edges.len()).any(|j| meet(i, j)));
-    let found = first_contact(edges, meet);
-    assert_eq!(found.is_some(), any, "{edges:?}");
-    assert!(found.is_none_or(|(i, j)| i < j && meet(i, j)), "{edges:?}");
+    let is_contact = |i: usize, j: usize| i / run != j / run && meet(i, j);
+    let any = (0..edges.len()).any(|i| (i + 1..edges.len()).any(|j| is_contact(i, j)));
+    let found = first_contact(edges, |edge| edge / run, meet);
+    assert_eq!(found.is_some(), any, "{edges:?} {run}");
+    assert!(found.is_none_or(|(i, j)| i < j && is_contact(i, j)), "{edges:?} {run}");
+}
+
+fn depths_count_the_rings_around_each(squares: &[[Xy; 4]]) {
+    // Squares that touch one before them are passed over.
+    let region = |squares: &[[Xy; 4]]| {
+        let rings: Result<Vec<Ring>, _> = squares.iter().map(|each| Ring::new(points(each))).collect();
+        Region::new(rings.ok()?).ok()
+    };
+    let mut kept: Vec<[Xy; 4]> = Vec::new();
+    for square in squares {
+        kept.push(*square);
+        if region(&kept).is_none() {
+            kept.pop();
+        }
+    }
+    let Some(region) = region(&kept) else { return passed_over() };
+    let around = |[(x, y), ..]: &[Xy; 4]| {
+        let holds = |other: &&[Xy; 4]| {
+            let ((x0, y0), (x1, y1)) = (other[0], other[2]);
+            x0 < *x && *x < x1 && y0 < *y && *y < y1
+        };
+        kept.iter().filter(holds).count()
+    };
+    assert_eq!(region.depths(), kept.iter().map(around).collect::<Vec<_>>(), "{kept:?}");
 }
 
 fn regions_are_believed_exactly_when_rings_do_not_touch(polygons: [Vec<Xy>; 2], p: Xy) {
