@@ -7,7 +7,7 @@ use keepout_kernel::exact::width::Product;
 use keepout_kernel::offset::{
     self, COVERAGE, Offset, OffsetLoop, Outline, RESOLUTION, certify_complete, certify_path,
 };
-use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM, Vec2};
+use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, UNITS_PER_MM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -289,21 +289,25 @@ impl FreeSpaces {
 struct LoopOutline {
     points: Vec<Point>,
     bounds: Window,
-    double_area: f64,
+    /// Twice the signed area, square lattice units.
+    double_area: i128,
 }
 
 impl LoopOutline {
     fn new(curves: &[Curve]) -> Self {
         let points = corners(curves.iter(), Length::small(200));
         let edges = points.iter().zip(points.iter().cycle().skip(1));
-        let double_area = edges.map(|(&a, &b)| Vec2::from(a).cross(b.into())).sum();
+        let product = |a: i32, b: i32| i128::from(a) * i128::from(b);
+        let cross =
+            |(a, b): (&Point, &Point)| product(a.x.units(), b.y.units()) - product(a.y.units(), b.x.units());
+        let double_area = edges.map(cross).sum();
         let bounds = points.iter().map(|&point| Window::of(point)).reduce(Window::union);
         Self { bounds: bounds.unwrap_or(Window::of(Point::ORIGIN)), points, double_area }
     }
 
     /// Whether the loop encloses free space: it runs clockwise, with the part on its left.
     fn encloses_free_space(&self) -> bool {
-        self.double_area < 0.0
+        self.double_area < 0
     }
 
     fn holds(&self, point: Point) -> bool {
@@ -322,6 +326,6 @@ fn component_at(outlines: &[LoopOutline], point: Point, except: Option<usize>) -
         .iter()
         .enumerate()
         .filter(|&(i, outline)| Some(i) != except && outline.encloses_free_space() && outline.holds(point))
-        .min_by(|(_, a), (_, b)| a.double_area.abs().total_cmp(&b.double_area.abs()))
+        .min_by_key(|(_, outline)| outline.double_area.abs())
         .map_or(0, |(i, _)| i + 1)
 }

@@ -333,7 +333,7 @@ impl std::fmt::Display for Inspection {
             writeln!(f, "part         {size} mm, from {low} to {high}")?;
             writeln!(
                 f,
-                "solid        inside the outlines and outside the openings, if the tool works outside: {:.3} mm²",
+                "solid        inside the outlines, less the openings: {:.3} mm² (for a tool outside the part)",
                 self.area_mm2
             )?;
         }
@@ -355,7 +355,7 @@ impl std::fmt::Display for Inspection {
         more(f, self.problems.len())?;
         match self.problems.len() {
             0 => write!(f, "A plan can be made of this drawing."),
-            n => write!(f, "{n} problems keep a plan from being made of all contours."),
+            n => write!(f, "Problems that keep a plan from being made of all contours: {n}."),
         }
     }
 }

@@ -128,9 +128,8 @@ impl PlanRequest {
 
     /// Entity filter of the part: it leaves out the layers of zones and travel.
     fn part_choice(&self) -> EntityFilter {
-        let mut choice = self.choice.clone();
-        choice.without.extend(self.keep_out_layers.iter().chain(&self.travel_layer).cloned());
-        choice
+        let other_layers = self.keep_out_layers.iter().chain(&self.travel_layer).cloned().collect();
+        EntityFilter { other_layers, ..self.choice.clone() }
     }
 
     /// Closed contours on layers that do not belong to the part. Remarks about repairs there begin with

@@ -102,6 +102,7 @@ impl Case {
             placed: self.offset_mm.map(|by| (self.rotate_deg.unwrap_or(0.0), by)),
             without_line_types: self.without_line_types.clone(),
             scale: self.scale,
+            other_layers: Vec::new(),
         };
         wanted.selection = Selection {
             at: self.at.clone(),

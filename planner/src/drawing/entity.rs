@@ -92,8 +92,23 @@ pub struct Polyline {
     pub closed: bool,
     /// Whether the vertices are in the polyline's own plane.
     pub planar: bool,
+    /// The largest width of its edges.
+    pub width: f64,
     /// The name of its entity type in the file.
     pub kind: &'static str,
+}
+
+/// A VERTEX of a POLYLINE.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// Its place.
+    pub at: Vec3,
+    /// The bulge of the edge that begins at it.
+    pub bulge: f64,
+    /// The larger width of that edge.
+    pub width: f64,
+    /// Its flags.
+    pub flags: i64,
 }
 
 /// A rational B-spline.
@@ -209,6 +224,14 @@ impl<'t, 'a> Fields<'t, 'a> {
         self.tags.iter().filter(|tag| tag.code == code).map(Tag::real).collect()
     }
 
+    /// The largest value of the groups of this code, at least `least`.
+    ///
+    /// # Errors
+    /// [`Damage::Number`].
+    pub fn largest(&self, code: i16, least: f64) -> Result<f64, Damage> {
+        Ok(self.reals(code)?.into_iter().fold(least, f64::max))
+    }
+
     /// A list of points; each begins with its x, which has this code.
     fn points(&self, code: i16) -> Result<Vec<Vec3>, Damage> {
         let mut points: Vec<Vec3> = Vec::new();
@@ -304,14 +327,15 @@ fn light_polyline(fields: Fields<'_, '_>) -> Result<Polyline, Damage> {
         }
     }
     let closed = fields.integer(70, 0)? & 1 != 0;
-    Ok(Polyline { vertices, closed, planar: true, kind: "LWPOLYLINE" })
+    let width = [40, 41, 43].into_iter().try_fold(0.0, |most, code| fields.largest(code, most))?;
+    Ok(Polyline { vertices, closed, planar: true, width, kind: "LWPOLYLINE" })
 }
 
 /// A polyline from its own groups and the groups of its vertices; `None` for meshes.
 ///
 /// # Errors
 /// [`Damage::Number`].
-pub fn polyline(fields: Fields<'_, '_>, vertices: &[(Vec3, f64, i64)]) -> Result<Option<Polyline>, Damage> {
+pub fn polyline(fields: Fields<'_, '_>, vertices: &[Vertex]) -> Result<Option<Polyline>, Damage> {
     const MESHES: i64 = 16 | 64;
     const IN_SPACE: i64 = 8;
     const SPLINE_FRAME: i64 = 16;
@@ -321,14 +345,17 @@ pub fn polyline(fields: Fields<'_, '_>, vertices: &[(Vec3, f64, i64)]) -> Result
     }
     let elevation = fields.real(30, 0.0)?;
     let planar = flags & IN_SPACE == 0;
-    let kept = vertices.iter().filter(|(_, _, flags)| flags & SPLINE_FRAME == 0);
-    let placed = |&([x, y, z], bulge, _): &(Vec3, f64, i64)| {
-        if planar { ([x, y, elevation], bulge) } else { ([x, y, z], 0.0) }
+    let kept = vertices.iter().filter(|vertex| vertex.flags & SPLINE_FRAME == 0);
+    let placed = |vertex: &Vertex| {
+        let [x, y, z] = vertex.at;
+        if planar { ([x, y, elevation], vertex.bulge) } else { ([x, y, z], 0.0) }
     };
+    let width = [40, 41].into_iter().try_fold(0.0, |most, code| fields.largest(code, most))?;
     Ok(Some(Polyline {
         vertices: kept.map(placed).collect(),
         closed: flags & 1 != 0,
         planar,
+        width: vertices.iter().map(|vertex| vertex.width).fold(width, f64::max),
         kind: "POLYLINE",
     }))
 }

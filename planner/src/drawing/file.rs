@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use encoding_rs::Encoding;
 
 use super::damage::Damage;
-use super::entity::{Entity, Fields, Hidden, Shape, Vec3, polyline, shape_of};
+use super::entity::{Entity, Fields, Hidden, Shape, Vec3, Vertex, polyline, shape_of};
 use super::tags::{Tag, Tags};
 
 /// The parts of a DXF file that matter for contours.
@@ -27,6 +27,15 @@ pub struct DxfFile {
     pub ends_well: bool,
 }
 
+impl DxfFile {
+    /// Whether the layer is never plotted. Defpoints, where CAD systems keep the points of dimensions, is not.
+    #[must_use]
+    pub fn is_unplotted(&self, layer: &str) -> bool {
+        let name = folded(layer);
+        name == "DEFPOINTS" || self.layers.get(&name).is_some_and(|layer| layer.unplotted)
+    }
+}
+
 /// A layer.
 #[derive(Clone, Debug, Default)]
 pub struct Layer {
@@ -34,6 +43,8 @@ pub struct Layer {
     pub frozen: bool,
     /// Whether it is switched off.
     pub off: bool,
+    /// Whether it is never plotted.
+    pub unplotted: bool,
     /// Its line type.
     pub line_type: String,
 }
@@ -246,6 +257,7 @@ impl<'a> Reader<'a> {
                     let layer = Layer {
                         frozen: fields.integer(70, 0).unwrap_or(0) & 1 != 0,
                         off: fields.integer(62, 7).unwrap_or(7) < 0,
+                        unplotted: fields.integer(290, 1).unwrap_or(1) == 0,
                         line_type: folded(&self.file.names.decode(fields.text(6))),
                     };
                     self.file.layers.insert(name, layer);
@@ -327,11 +339,16 @@ impl<'a> Reader<'a> {
     fn old_polyline(&mut self, head: Tag<'a>, entities: &mut Vec<Entity>) -> Result<Tag<'a>, Damage> {
         let mut next = self.gather("a polyline")?;
         let own = self.group.clone();
-        let mut vertices: Vec<(Vec3, f64, i64)> = Vec::new();
+        let mut vertices: Vec<Vertex> = Vec::new();
         while next.text() == b"VERTEX" {
             next = self.gather("a polyline")?;
             let fields = Fields::new(&self.group);
-            vertices.push((fields.point(10, [0.0; 3])?, fields.real(42, 0.0)?, fields.integer(70, 0)?));
+            vertices.push(Vertex {
+                at: fields.point(10, [0.0; 3])?,
+                bulge: fields.real(42, 0.0)?,
+                width: fields.real(40, 0.0)?.max(fields.real(41, 0.0)?),
+                flags: fields.integer(70, 0)?,
+            });
         }
         if next.text() == b"SEQEND" {
             next = self.gather("a polyline")?;

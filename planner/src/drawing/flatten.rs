@@ -6,6 +6,7 @@ use super::entity::{Boundary, Entity, Hidden, Insert, Polyline, Shape, Vec3};
 use super::file::{DxfFile, folded};
 use super::import::EntityFilter;
 use super::placement::Placement;
+use super::unseen::Unseen;
 use super::{
     Drawing, DrawingError, LeftOutCurve, LeftOutReason, Origin, PolylineChain, RawCurve, entity_curves,
     spline,
@@ -28,6 +29,8 @@ pub struct Flattener<'a> {
     filter: &'a EntityFilter,
     /// The drawing with the curves so far.
     pub drawing: Drawing,
+    /// What the view from above does not show.
+    pub unseen: Unseen,
     visits: usize,
     /// The blocks whose inserts are being expanded, by the numbers of their names.
     open: Vec<u32>,
@@ -50,7 +53,7 @@ impl<'a> Flattener<'a> {
     #[must_use]
     pub fn new(file: &'a DxfFile, filter: &'a EntityFilter, unit: String) -> Self {
         let drawing = Drawing { unit, ..Drawing::default() };
-        Self { file, filter, drawing, visits: 0, open: Vec::new() }
+        Self { file, filter, drawing, unseen: Unseen::default(), visits: 0, open: Vec::new() }
     }
 
     /// Takes all entities of the file.
@@ -141,6 +144,9 @@ impl<'a> Flattener<'a> {
         if !self.drawing.layers.contains_key(name) {
             self.drawing.layers.insert(name.clone(), 0);
         }
+        if self.filter.is_other_layer(name) {
+            return Ok(());
+        }
         if !self.filter.takes_layer(name) {
             self.leave_out("on layers that are not selected".into());
             let why = LeftOutReason::Layer(name.clone());
@@ -155,6 +161,11 @@ impl<'a> Flattener<'a> {
         let taken = self.drawing.curves.len() - before;
         if taken == 0 {
             self.leave_out(format!("{kind} without size"));
+        } else {
+            self.unseen.look(&entity.shape, entity.normal, &context.placement);
+            if self.file.is_unplotted(name) && self.filter.layers.is_empty() {
+                self.unseen.unplotted(name, taken);
+            }
         }
         if let Some(count) = self.drawing.layers.get_mut(name) {
             *count += taken;
@@ -284,7 +295,7 @@ impl<'a> Flattener<'a> {
             Shape::Solid(corners) => {
                 closed = true;
                 let vertices = corners.iter().map(|&corner| (corner, 0.0)).collect();
-                let line = Polyline { vertices, closed, planar: true, kind: "SOLID" };
+                let line = Polyline { vertices, closed, planar: true, width: 0.0, kind: "SOLID" };
                 entity_curves::polyline(&plane, &line, out);
             }
             Shape::Insert(_) | Shape::Other(_) => {}
@@ -298,7 +309,7 @@ impl<'a> Flattener<'a> {
             match path {
                 Boundary::Polyline(vertices) => {
                     let vertices = vertices.clone();
-                    let line = Polyline { vertices, closed: true, planar: true, kind: "HATCH" };
+                    let line = Polyline { vertices, closed: true, planar: true, width: 0.0, kind: "HATCH" };
                     self.shape(&Shape::Polyline(Box::new(line)), UP, plane, origin)?;
                 }
                 Boundary::Edges(edges) => {

@@ -32,6 +32,8 @@ pub struct EntityFilter {
     pub layers: Vec<String>,
     /// Layers to leave out.
     pub without: Vec<String>,
+    /// Layers of keep-out zones and of the machine's travel. Their curves are none of the part's.
+    pub other_layers: Vec<String>,
     /// Unit that overrides the file's.
     pub unit: Option<String>,
     /// Line types with gaps to take nevertheless.
@@ -54,13 +56,19 @@ impl EntityFilter {
     #[must_use]
     pub fn takes_layer(&self, name: &str) -> bool {
         let has = |names: &[String]| names.iter().any(|one| same_name(one, name));
-        (self.layers.is_empty() || has(&self.layers)) && !has(&self.without)
+        let all = self.layers.is_empty();
+        (all || has(&self.layers)) && !self.leaves_out_layer(name) && !self.is_other_layer(name)
     }
 
     /// Whether the user names the layer as one to leave out.
     #[must_use]
     pub fn leaves_out_layer(&self, name: &str) -> bool {
         self.without.iter().any(|one| same_name(one, name))
+    }
+
+    /// Whether the layer has keep-out zones or the machine's travel.
+    pub(super) fn is_other_layer(&self, name: &str) -> bool {
+        self.other_layers.iter().any(|one| same_name(one, name))
     }
 
     /// The reason why the filter hides an entity; `None` if it does not.
@@ -132,7 +140,8 @@ pub(crate) fn curves_of(file: &DxfFile, filter: &EntityFilter) -> Result<Drawing
     }
     let mut flattener = Flattener::new(file, filter, unit);
     flattener.run(placement)?;
-    let mut drawing = Drawing { unit_source, unit_mm: scale * factor, ..flattener.drawing };
+    let remarks = flattener.unseen.remarks();
+    let mut drawing = Drawing { unit_source, unit_mm: scale * factor, remarks, ..flattener.drawing };
     if !file.ends_well {
         drawing
             .remarks
@@ -140,7 +149,7 @@ pub(crate) fn curves_of(file: &DxfFile, filter: &EntityFilter) -> Result<Drawing
     }
     let known = |name: &String| drawing.layers.keys().any(|layer| same_name(layer, name));
     let present = || drawing.layers.keys().map(ToString::to_string).collect();
-    if let Some(missing) = filter.layers.iter().find(|name| !known(name)) {
+    if let Some(missing) = filter.layers.iter().chain(&filter.other_layers).find(|name| !known(name)) {
         return Err(DrawingError::NoLayer { asked: missing.clone(), present: present() });
     }
     // The filter may also leave out a layer without curves, and layer 0, which every drawing has. Any

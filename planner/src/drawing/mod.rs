@@ -24,6 +24,7 @@ mod repair;
 mod repeated;
 mod spline;
 mod tags;
+mod unseen;
 mod untangle;
 
 use crate::{Box2, Mm2};

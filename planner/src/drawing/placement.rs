@@ -48,7 +48,9 @@ impl Placement {
         add(self.vector(p), self.origin)
     }
 
-    fn vector(&self, v: Vec3) -> Vec3 {
+    /// The image of a vector.
+    #[must_use]
+    pub fn vector(&self, v: Vec3) -> Vec3 {
         let [x, y, z] = self.axes;
         [0, 1, 2].map(|i| x[i] * v[0] + y[i] * v[1] + z[i] * v[2])
     }

@@ -12,12 +12,14 @@ pub type PlainXy = (f64, f64);
 pub struct SmallDrawing {
     entities: String,
     unit: Option<u8>,
+    /// Layers that are not plotted.
+    unplotted: Vec<&'static str>,
 }
 
 impl SmallDrawing {
     /// An empty drawing in millimetres.
     pub fn mm() -> Self {
-        Self { entities: String::new(), unit: Some(4) }
+        Self { unit: Some(4), ..Self::default() }
     }
 
     /// An empty drawing without a unit.
@@ -25,7 +27,14 @@ impl SmallDrawing {
         Self::default()
     }
 
-    fn entity(mut self, kind: &str, layer: &str, groups: &str) -> Self {
+    /// A layer that is not plotted.
+    pub fn without_plot(mut self, layer: &'static str) -> Self {
+        self.unplotted.push(layer);
+        self
+    }
+
+    /// An entity by its groups.
+    pub fn entity(mut self, kind: &str, layer: &str, groups: &str) -> Self {
         write!(self.entities, "0\n{kind}\n8\n{layer}\n{groups}").unwrap();
         self
     }
@@ -77,6 +86,9 @@ impl SmallDrawing {
         let unit = self.unit.map_or(String::new(), |unit| {
             format!("0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{unit}\n0\nENDSEC\n")
         });
-        format!("{unit}0\nSECTION\n2\nENTITIES\n{}0\nENDSEC\n0\nEOF\n", self.entities).into_bytes()
+        let layer = |name: &&str| format!("0\nLAYER\n2\n{name}\n70\n0\n62\n7\n290\n0\n");
+        let layers: String = self.unplotted.iter().map(layer).collect();
+        let tables = format!("0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLAYER\n{layers}0\nENDTAB\n0\nENDSEC\n");
+        format!("{unit}{tables}0\nSECTION\n2\nENTITIES\n{}0\nENDSEC\n0\nEOF\n", self.entities).into_bytes()
     }
 }

@@ -5,6 +5,7 @@ mod dxf;
 mod figures;
 mod part_and_air;
 mod pictures;
+mod remarks;
 mod repairs;
 
 use keepout_planner::inspect::{Inspection, inspect};
