@@ -38,7 +38,7 @@ impl std::fmt::Display for PlannedContour {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { name, reach, loops } = self;
         match (loops.len(), reach.is_whole()) {
-            (0, _) => write!(f, "{name}: UNCUT, the tool does not fit"),
+            (0, _) => write!(f, "{name}: WILL NOT BE CUT, the tool does not fit"),
             (_, true) => write!(f, "{name}: planned"),
             (_, false) => write!(f, "{name}: planned, but for {:.3} mm beside rest material", reach.left_mm),
         }

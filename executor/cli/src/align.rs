@@ -6,11 +6,11 @@ use keepout_planner::Mm2;
 use keepout_planner::align::file::{AlignmentFile, Method, VERSION};
 use keepout_planner::align::{Alignment, PartEdges, ProbePoint, ProbePoints, align as aligned};
 use keepout_planner::plan::{CertifiedPlan, PlanError};
-use keepout_planner::profile::Profile;
+use keepout_planner::profile::{MachinedSide, Profile};
 use keepout_planner::request::PlanRequestError;
 
 use super::before::refuse_other_drawing;
-use super::job::JobFolder;
+use super::job::{JobFolder, keep_earlier};
 use super::plan::{refuse_same, request_of};
 use super::take::{TakeMethod, Taken, take};
 use super::{AlignArguments, CliError, RunArguments, pair};
@@ -30,7 +30,7 @@ pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
     let mut arguments = given.clone();
     if let Some(job) = &job {
         arguments.drawing = job.drawing_arguments(&given.drawing);
-        arguments.side = job.file.side.unwrap_or(given.side);
+        arguments.side = given.side.or(job.file.side);
     }
     let arguments = &arguments;
     let own = job.as_ref().map(JobFolder::alignment);
@@ -46,9 +46,9 @@ pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
     }
     refuse_same(&[path], &[&output])?;
     let profile = profile_of(arguments)?;
+    let side: MachinedSide = arguments.side.map_or(MachinedSide::Outside, Into::into);
     let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
-    let part = PartEdges::of(&profile, arguments.side.into())
-        .map_err(|error| wrong(PlanError::from(error).into()))?;
+    let part = PartEdges::of(&profile, side).map_err(|error| wrong(PlanError::from(error).into()))?;
     let none = arguments.point.is_empty() && arguments.edge.is_empty();
     let taken = match (&job, arguments.take, none) {
         (Some(job), method, true) => {
@@ -57,7 +57,7 @@ pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
                 let reason = "give --home (tool raised), or --homed if the machine was homed since power-up";
                 return Err(CliError::Argument(reason.into()));
             }
-            take(method, &profile, arguments.side.into(), &job.machine()?, arguments.home)?
+            take(method, &profile, side, &job.machine()?, arguments.home)?
         }
         (None, Some(_), _) => {
             let reason = "--take needs the folder of a job, which names the machine: `keepout new DRAWING`";
@@ -76,8 +76,8 @@ pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
     let found = aligned(&part, &probe_points)?;
     let drawing = path.file_name().unwrap_or_default().to_string_lossy();
     let alignment = file_of(&found, &probe_points, &drawing);
-    if let Some(job) = &job {
-        job.keep_earlier(&output)?;
+    if job.is_some() {
+        keep_earlier(&output)?;
     }
     alignment.save(&output)?;
     println!("{}", summary(&found, &probe_points));

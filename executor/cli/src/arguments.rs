@@ -235,8 +235,9 @@ pub(crate) struct AlignArguments {
     #[command(flatten)]
     pub(crate) drawing: DrawingArguments,
     /// Machined side of the contour. The probe touches edges from this side.
-    #[arg(long, value_enum, default_value = "outside")]
-    pub(crate) side: SideArgument,
+    /// A job has its own side; otherwise it is outside.
+    #[arg(long, value_enum)]
+    pub(crate) side: Option<SideArgument>,
     /// A point of the drawing, and the machine coordinates of the tool's centre on this point, mm. Two or
     /// more points also measure the rotation. One point alone gives the offset.
     #[arg(long, value_name = "DX,DY=MX,MY", value_parser = crate::align::probe_point, allow_hyphen_values = true)]

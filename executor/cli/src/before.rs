@@ -57,6 +57,10 @@ pub fn refuse_incomplete(arguments: &RunArguments) -> Result<(), CliError> {
             "--simulate is for a port. Without --port, the machine is simulated anyway: leave it out";
         return Err(CliError::Argument(reason.into()));
     }
+    if arguments.dry_run && arguments.report.is_some() {
+        let reason = "a dry run cuts nothing, so there is nothing to report: leave out --report";
+        return Err(CliError::Argument(reason.into()));
+    }
     if arguments.resume.is_none() && (arguments.moved || !arguments.recut.is_empty()) {
         let reason =
             "--recut and --moved continue an earlier run: give --resume LOG, or `keepout resume JOB`";
@@ -182,10 +186,11 @@ impl ConfirmPage<'_> {
         for contour in plan.contours() {
             let done =
                 !contour.loops.is_empty() && contour.loops.iter().all(|each| progress.has_finished(*each));
-            let fate = match (contour.loops.is_empty(), done) {
-                (true, _) => "WILL NOT BE CUT: the tool does not fit",
-                (false, true) => "is cut already",
-                (false, false) => "will be cut",
+            let fate = match (contour.loops.is_empty(), done, arguments.dry_run) {
+                (true, ..) => "WILL NOT BE CUT, the tool does not fit",
+                (false, true, _) => "is cut already",
+                (false, false, true) => "will be traced",
+                (false, false, false) => "will be cut",
             };
             lines.push(format!("  {:<40} {fate}", contour.name.short()));
         }

@@ -14,19 +14,24 @@ use super::operator_setup::HELP;
 use super::screen::Screen;
 
 /// The contours that are cut and left, in words. Computed anew only when a contour is finished.
-#[derive(Default)]
 pub struct TallyLine {
+    dry_run: bool,
     finished: Option<usize>,
     words: String,
 }
 
 impl TallyLine {
+    pub fn new(dry_run: bool) -> Self {
+        Self { dry_run, finished: None, words: String::new() }
+    }
+
     /// The contours after the supervisor's progress.
     pub fn of(&mut self, supervisor: &Supervisor) -> &str {
         let finished = supervisor.finished().len();
         if self.finished != Some(finished) {
             self.finished = Some(finished);
-            self.words = ContourTally::of(supervisor).to_string();
+            let tally = ContourTally::of(supervisor);
+            self.words = if self.dry_run { tally.traced() } else { tally.to_string() };
         }
         &self.words
     }
@@ -47,13 +52,14 @@ pub struct Display {
 }
 
 impl Display {
-    pub fn new(screen: Option<Screen>, panel: Panel) -> Self {
+    pub fn new(setup: (Option<Screen>, Panel), dry_run: bool) -> Self {
+        let (screen, panel) = setup;
         let line = screen.is_none() && std::io::stderr().is_terminal();
         let bar = if line { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
             bar.set_style(style);
         }
-        let (tally, taken) = (TallyLine::default(), (0, 0));
+        let (tally, taken) = (TallyLine::new(dry_run), (0, 0));
         Self { bar, screen, panel, tally, phase: None, finished: 0, taken, helped: false }
     }
 

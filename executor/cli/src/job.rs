@@ -154,23 +154,6 @@ impl JobFolder {
         })
     }
 
-    /// Renames a file that is about to be written anew, so that no earlier one is lost: `part.plan` becomes
-    /// `part.1.plan`.
-    pub fn keep_earlier(&self, path: &Path) -> Result<(), CliError> {
-        if !path.exists() {
-            return Ok(());
-        }
-        let (stem, ending) = (path.file_stem().unwrap_or_default(), path.extension().unwrap_or_default());
-        let (stem, ending) = (stem.to_string_lossy(), ending.to_string_lossy());
-        let earlier = (1..10_000)
-            .map(|number: u32| path.with_file_name(format!("{stem}.{number}.{ending}")))
-            .find(|earlier| !earlier.exists());
-        let Some(earlier) = earlier else { return Ok(()) };
-        std::fs::rename(path, &earlier).map_err(OUTPUT.write_error(&earlier))?;
-        println!("{:<36} {}", "kept the earlier one as", earlier.display());
-        Ok(())
-    }
-
     /// The drawing arguments, where the command line gives no others.
     pub fn drawing_arguments(&self, given: &DrawingArguments) -> DrawingArguments {
         let file = &self.file;
@@ -245,10 +228,28 @@ impl JobFolder {
             view: given.view || !virtual_time,
             feed_mm_min: given.feed_mm_min.or(self.file.feed_mm_min),
             log: Some(given.log.clone().unwrap_or(log)),
-            title: self.file.title.rows(),
+            report: given.report.clone().or_else(|| (!given.dry_run).then(|| self.path("report.html"))),
+            title: Some(self.file.title.rows()),
             ..given.clone()
         })
     }
+}
+
+/// Renames a file that is about to be written anew, so that no earlier one is lost: `part.plan` becomes
+/// `part.1.plan`.
+pub fn keep_earlier(path: &Path) -> Result<(), CliError> {
+    if !path.exists() {
+        return Ok(());
+    }
+    let (stem, ending) = (path.file_stem().unwrap_or_default(), path.extension().unwrap_or_default());
+    let (stem, ending) = (stem.to_string_lossy(), ending.to_string_lossy());
+    let earlier = (1..10_000)
+        .map(|number: u32| path.with_file_name(format!("{stem}.{number}.{ending}")))
+        .find(|earlier| !earlier.exists());
+    let Some(earlier) = earlier else { return Ok(()) };
+    std::fs::rename(path, &earlier).map_err(OUTPUT.write_error(&earlier))?;
+    println!("{:<36} {}", "kept the earlier one as", earlier.display());
+    Ok(())
 }
 
 /// The values of the command line, or without any those of the job.

@@ -14,6 +14,7 @@ mod error;
 mod examine;
 mod input;
 mod job;
+mod new_machine;
 mod operator_setup;
 mod plan;
 mod replay;

@@ -2,7 +2,7 @@
 
 use std::io::IsTerminal;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use keepout_executor::operator::{Operator, Panel};
 use keepout_executor::supervisor::{Stick, StickSettings};
@@ -20,6 +20,8 @@ pub const JOGGING_KEYS: &str =
     "SPACE STOP · arrows jog · 1-4 speed · a arm · p pause · r resume · q quit · ? help";
 /// Line that explains the keys when another device jogs.
 pub const WATCHING_KEYS: &str = "SPACE STOP · p pause · r resume · f recover · q quit · ? help";
+/// Line that explains the keys after a fault.
+pub const FAULT_KEYS: &str = "f recover · q quit · ? help";
 /// The keys, line by line, for `?`.
 pub const HELP: [&str; 12] = [
     "SPACE          stop the jog, or pause the contour. Any key ends the stop.",
@@ -67,16 +69,15 @@ pub fn set_up(
             (_, true) => WATCHING_KEYS,
             _ => "",
         };
-        Some(Screen::open(panel.clone(), keys)?)
+        Some(Screen::open(panel.clone(), keys, arguments.dry_run)?)
     } else {
         None
     };
     let operator = match (other, keyboard) {
         (None, _) => Box::new(Keyboard::open(panel.clone())?),
         (Some(other), true) => {
-            // The keyboard gets a panel of its own, so that the status line shows the device and not the
-            // speed of keys that do not jog.
-            let keys = Keyboard::open(Panel::default())?;
+            // The status line shows the device, and not the speed of keys that do not jog.
+            let keys = Keyboard::watching(panel.clone())?;
             Box::new(Attended::new(other, keys)) as Box<dyn Operator + Send>
         }
         (Some(other), false) => other,
@@ -120,8 +121,6 @@ fn other(
 /// program restores the terminal and ends at once.
 #[cfg(unix)]
 fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operator + Send>, CliError> {
-    use std::sync::atomic::Ordering;
-
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
 
@@ -140,7 +139,17 @@ fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operat
     Ok(Box::new(Endable::new(operator, end)))
 }
 
+/// Ends the session at Ctrl-C, or when the window closes. At the second event the program ends at once.
 #[cfg(not(unix))]
 fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operator + Send>, CliError> {
-    Ok(Box::new(Endable::new(operator, Arc::new(AtomicBool::new(false)))))
+    let end = Arc::new(AtomicBool::new(false));
+    let raised = Arc::clone(&end);
+    let stop = move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            restore();
+            std::process::exit(1);
+        }
+    };
+    ctrlc::set_handler(stop).map_err(|error| TerminalError::SetUp(std::io::Error::other(error)))?;
+    Ok(Box::new(Endable::new(operator, end)))
 }

@@ -20,7 +20,7 @@ use keepout_planner::request::{PlanRequest, PlanRequestError, Stage};
 use keepout_planner::select::Selection;
 use keepout_planner::{plan_file, sha256};
 
-use super::job::JobFolder;
+use super::job::{JobFolder, keep_earlier};
 use super::shell::print_lines;
 use super::store::StoredMachine;
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
@@ -183,7 +183,7 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     let certified = make(path, &bytes, &request, &machine, arguments.drawing.limit_s)?;
     let replaced = match &job {
         // Logs of an earlier plan need it, so a job keeps it under another name.
-        Some(job) if !is_in(&certified, output) => job.keep_earlier(output).map(|()| false)?,
+        Some(_) if !is_in(&certified, output) => keep_earlier(output).map(|()| false)?,
         Some(_) => false,
         None => refuse_to_replace(&certified, output, arguments.overwrite)?,
     };

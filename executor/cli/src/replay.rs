@@ -13,12 +13,13 @@ use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::plan_file::PLAN_FILE;
 use keepout_planner::{plan_file, sha256, text_file};
 
+use super::job::JobFolder;
 use super::plan::{load, refuse_same, write};
 use super::{CertifyTime, CliError};
 
 #[derive(Debug, Args)]
 pub struct ReplayArguments {
-    /// The log of a run.
+    /// The log of a run, or the folder of a job: its last log.
     log: PathBuf,
     /// The plan of the run. Without it, the program searches the log's folder for a *.plan file with the
     /// log's hash.
@@ -33,7 +34,11 @@ pub struct ReplayArguments {
 
 pub fn replay(arguments: &ReplayArguments) -> Result<ExitCode, CliError> {
     let (plan, output) = (arguments.plan.as_deref(), arguments.output.as_deref());
-    let played = Played::of(&arguments.log, plan, output, arguments.time)?;
+    let log = match JobFolder::at(&arguments.log)? {
+        Some(job) => job.last_log()?,
+        None => arguments.log.clone(),
+    };
+    let played = Played::of(&log, plan, output, arguments.time)?;
     for (name, value) in played.rows() {
         println!("{name:<36} {value}");
     }

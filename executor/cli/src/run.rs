@@ -28,7 +28,7 @@ use super::before::{
     ConfirmPage, OperatorName, check_output, default_log, refuse_incomplete, refuse_margin_of_simulation,
 };
 use super::display::Display;
-use super::job::JobFolder;
+use super::job::{JobFolder, keep_earlier};
 use super::operator_setup::{OperatorSetup, set_up};
 use super::plan::{given, load, refuse_same, write};
 use super::resume::{fits, progress_of};
@@ -65,16 +65,7 @@ fn in_job(job: &JobFolder, given: &RunArguments) -> Result<ExitCode, CliError> {
         let name = job.folder.display();
         eprintln!("note: this run begins a new part. `keepout resume {name}` continues the last one.");
     }
-    let arguments = job.run_arguments(given)?;
-    let code = run_plan(&arguments)?;
-    let ran = arguments.log.as_ref().is_some_and(|log| log.exists());
-    if ran && !given.dry_run {
-        if given.resume.is_none() {
-            job.keep_earlier(&job.path("report.html"))?;
-        }
-        super::report::of_job(job, arguments.time)?;
-    }
-    Ok(code)
+    run_plan(&job.run_arguments(given)?)
 }
 
 fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
@@ -101,8 +92,9 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         report: arguments.report.clone(),
         picture: arguments.picture.clone(),
         log,
-        title: arguments.title.clone(),
+        title: arguments.title.clone().unwrap_or_default(),
         names_log: arguments.log.is_none(),
+        keeps_earlier: arguments.title.is_some() && arguments.resume.is_none(),
     };
     refuse_incomplete(arguments)?;
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
@@ -218,6 +210,8 @@ struct Outputs {
     log: Option<PathBuf>,
     /// Whether the program chose the log's name.
     names_log: bool,
+    /// Whether an earlier report stays under another name: the run begins a new part of a job.
+    keeps_earlier: bool,
     /// Rows of the report's title block.
     title: Vec<(String, String)>,
 }
@@ -261,7 +255,7 @@ fn on_simulation(
     recording: &Recording<'_>,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
-    let mut display = Display::new(setup.screen, setup.panel);
+    let mut display = Display::new((setup.screen, setup.panel), recording.dry_run);
     let scene = Scene::of(work, run)?;
     let log = recording.event_log(&scene.setup)?;
     let operator = setup.operator;
@@ -321,7 +315,7 @@ fn on_port(
     if setup.recovers {
         session = session.recovering(Box::new(|| Serial::open(name, arguments.baud())));
     }
-    let mut display = Display::new(setup.screen, setup.panel);
+    let mut display = Display::new((setup.screen, setup.panel), arguments.dry_run);
     let mut samples: Vec<Sample> = Vec::new();
     let mut last = Time::ZERO;
     let outcome = session.run(&mut RealClock::default(), limit, |session, now| {
@@ -368,6 +362,9 @@ fn finish(
     }
     if let Some(path) = &outputs.report {
         let log = outputs.log.as_deref().unwrap_or(path);
+        if outputs.keeps_earlier {
+            keep_earlier(path)?;
+        }
         super::report::of_log(log, work.clone(), path, &outputs.title)?;
     }
     if let Some(log) = outputs.log.as_ref().filter(|_| outputs.names_log) {

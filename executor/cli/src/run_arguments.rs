@@ -22,9 +22,9 @@ pub(crate) enum MachineArgument {
 pub(crate) struct RunArguments {
     /// The plan, or the folder of a job.
     pub(crate) plan: PathBuf,
-    /// Rows of the report's title block, from a job.
+    /// Rows of the report's title block, in a job.
     #[arg(skip)]
-    pub(crate) title: Vec<(String, String)>,
+    pub(crate) title: Option<Vec<(String, String)>>,
     #[command(flatten)]
     pub(crate) time: CertifyTime,
     /// Feed drives of the simulated machine: a profile of `drives budget`, or `none`. With `none` the tool

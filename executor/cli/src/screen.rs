@@ -21,7 +21,7 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{mm, point_mm};
 
 use super::display::TallyLine;
-use super::operator_setup::HELP;
+use super::operator_setup::{FAULT_KEYS, HELP};
 use super::view::{Headline, ScreenOutline, Tone, ViewFacts, draw, headline_lines};
 use crate::input::TerminalError;
 use crate::input::terminal::SecondScreen;
@@ -60,7 +60,7 @@ pub struct Screen {
 impl Screen {
     /// Opens the view on the terminal. `keys` is the line that explains the keys, `panel` is the operator's
     /// panel.
-    pub fn open(panel: Panel, keys: &'static str) -> Result<Self, TerminalError> {
+    pub fn open(panel: Panel, keys: &'static str, dry_run: bool) -> Result<Self, TerminalError> {
         let screen = SecondScreen::enter()?;
         let (pictures, received) = sync_channel(1);
         let thread = std::thread::Builder::new().name("view".into()).spawn(move || show_all(&received))?;
@@ -74,7 +74,7 @@ impl Screen {
             panel,
             notices: Vec::new(),
             taken: (0, 0),
-            tally: TallyLine::default(),
+            tally: TallyLine::new(dry_run),
             keys,
             _screen: screen,
         })
@@ -117,7 +117,11 @@ impl Screen {
             notices: self.notices.clone(),
             tally: self.tally.of(supervisor).into(),
             help: if self.panel.help() { &HELP } else { &[] },
-            keys: self.keys.into(),
+            keys: match supervisor.phase() {
+                Phase::Faulted if !self.keys.is_empty() => FAULT_KEYS,
+                _ => self.keys,
+            }
+            .into(),
             seconds: now.elapsed().as_secs_f64(),
         }
     }

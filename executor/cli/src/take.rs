@@ -20,9 +20,9 @@ use keepout_planner::Mm2;
 use keepout_planner::align::ProbePoint;
 use keepout_planner::contour::{ContourName, ContourShape};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::profile::{MachinedSide, Profile};
+use keepout_planner::profile::{MachinedSide, Profile, ProfileLoop};
 use keepout_planner::request::PlanRequest;
-use keepout_planner::units::{point_from_mm, point_mm};
+use keepout_planner::units::{along_mm, point_from_mm, point_mm};
 
 use super::CliError;
 use super::store::StoredMachine;
@@ -45,8 +45,14 @@ const SPEED_MM_S: f64 = 10.0;
 const BEYOND_MM: f64 = 5200.0;
 /// Least angle between two edges that measure both axes, degrees.
 const ACROSS_DEG: f64 = 30.0;
+/// Least angle between two curves at a corner, degrees.
+const CORNER_DEG: f64 = 15.0;
 /// Touches of a hole's wall.
 const TOUCHES: usize = 3;
+/// Longest time from the take key until the tool rests at a known position.
+const SETTLES_WITHIN: Duration = Duration::from_millis(500);
+/// Time between two lines with the position.
+const SHOWN_EVERY: Duration = Duration::from_millis(100);
 
 /// A place to touch.
 struct Place {
@@ -157,14 +163,13 @@ fn edges(profile: &Profile) -> Result<Vec<Place>, CliError> {
 }
 
 fn corners(profile: &Profile) -> Result<Vec<Place>, CliError> {
-    let ends: Vec<Mm2> =
-        profile.loops.iter().flat_map(|each| &each.edges).map(|edge| point_mm(edge.curve.from())).collect();
+    let ends: Vec<Mm2> = profile.loops.iter().flat_map(corners_of).collect();
     let farthest =
         |from: Mm2| ends.iter().copied().max_by(|a, b| a.distance(from).total_cmp(&b.distance(from)));
     let pair = ends.first().and_then(|&first| farthest(first)).and_then(|one| Some((one, farthest(one)?)));
     let (one, other) = pair.ok_or_else(|| {
         CliError::Argument(
-            "the drawing has no corner. Take points or a hole: --take points, --take hole.".into(),
+            "the drawing has no corner to bring the tool to: align by --take edges or --take hole".into(),
         )
     })?;
     let place = |drawing_mm: Mm2| Place {
@@ -174,8 +179,19 @@ fn corners(profile: &Profile) -> Result<Vec<Place>, CliError> {
     Ok(vec![place(one), place(other)])
 }
 
+/// The corners of a contour. A line that runs into an arc without a bend has none there.
+fn corners_of(each: &ProfileLoop) -> Vec<Mm2> {
+    let curves: Vec<Curve> = each.edges.iter().map(|edge| edge.curve).collect();
+    let before = curves.iter().cycle().skip(curves.len().saturating_sub(1));
+    let bends = |(before, curve): &(&Curve, &Curve)| {
+        let (arrives, leaves) = (along_mm(before, 1.0).1, along_mm(curve, 0.0).1);
+        arrives.cross(leaves).atan2(arrives.dot(leaves)).abs() >= CORNER_DEG.to_radians()
+    };
+    before.zip(&curves).filter(bends).map(|(_, curve)| point_mm(curve.from())).collect()
+}
+
 fn holes(profile: &Profile, side: MachinedSide) -> Result<Vec<Place>, CliError> {
-    let round = |(number, each): (usize, &keepout_planner::profile::ProfileLoop)| {
+    let round = |(number, each): (usize, &ProfileLoop)| {
         let name = ContourName::of(number + 1, each, 1, side.into(), 0.0);
         matches!(name.shape, ContourShape::Circle { .. }).then_some(name)
     };
@@ -231,11 +247,20 @@ fn jogged(places: &[Place], machine: &StoredMachine, home: bool) -> Result<Vec<M
     let panel = Panel::default();
     let keyboard = Box::new(Keyboard::open(panel.clone())?);
     let mut session = setup.session(serial, keyboard, Box::new(NoEventLog));
-    let mut taking = Taking { places, panel, taken: Vec::new(), seen: 0, told: None, position: None };
+    let mut taking = Taking {
+        places,
+        panel,
+        taken: Vec::new(),
+        seen: 0,
+        asked: None,
+        told: None,
+        shown: (String::new(), Time::ZERO),
+    };
     let outcome = session.run(&mut RealClock::default(), Duration::from_secs(100_000), |session, now| {
         taking.watch(session.supervisor(), now)
     });
     crate::input::terminal::restore();
+    eprintln!();
     let outcome = outcome?;
     if let Some(fault) = outcome.fault() {
         return Err(CliError::Stopped(fault.to_string()));
@@ -255,15 +280,19 @@ struct Taking<'a> {
     taken: Vec<Mm2>,
     /// Number of take keys that were read.
     seen: usize,
+    /// Time of a take key whose place is not taken yet.
+    asked: Option<Time>,
     told: Option<usize>,
-    position: Option<(Mm2, Time)>,
+    /// The last line with the position, and its time.
+    shown: (String, Time),
 }
 
 impl Taking<'_> {
     fn watch(&mut self, supervisor: &Supervisor, now: Time) -> Going {
         let ready = matches!(supervisor.phase(), Phase::Manual | Phase::Sliding);
         let count = self.taken.len();
-        if ready && self.told != Some(count) {
+        let rests = ready && supervisor.is_at_rest() && supervisor.guard().in_position();
+        if rests && self.told != Some(count) {
             self.told = Some(count);
             if let Some(place) = self.places.get(count) {
                 self.line(&format!(
@@ -278,8 +307,12 @@ impl Taking<'_> {
         self.show(position, now);
         if self.panel.taken() > self.seen {
             self.seen = self.panel.taken();
-            match position.filter(|_| ready && supervisor.is_at_rest() && supervisor.guard().in_position()) {
+            self.asked = Some(now);
+        }
+        if let Some(asked) = self.asked {
+            match position.filter(|_| rests) {
                 Some(at) => {
+                    self.asked = None;
                     self.taken.push(at);
                     self.line(&format!(
                         "taken {} of {}: machine position {at}",
@@ -287,37 +320,45 @@ impl Taking<'_> {
                         self.places.len()
                     ));
                 }
-                None if ready => {
-                    self.line("not taken: the machine moves. Let it come to rest, and press t again.");
+                None if now.since(asked) < SETTLES_WITHIN => {}
+                None => {
+                    self.asked = None;
+                    self.line(if ready {
+                        "not taken: the machine moves. Let it come to rest, and press t again."
+                    } else {
+                        "not taken: the session is not ready. Press t when it is."
+                    });
                 }
-                None => self.line("not taken: the session is not ready. Press t when it is."),
             }
         }
         if self.taken.len() == self.places.len() { Going::Halt } else { Going::On }
     }
 
-    /// Shows the position twice a second, while it changes.
+    /// Shows the position and the speed or step, in one line that is written anew while they change.
     fn show(&mut self, position: Option<Mm2>, now: Time) {
-        let Some(at) = position else { return };
-        let due = self
-            .position
-            .is_none_or(|(last, then)| last != at && now.since(then) >= Duration::from_millis(500));
-        if due {
-            self.position = Some((at, now));
-            self.line(&format!(
-                "x {:9.3}  y {:9.3} mm, machine coordinates  {}",
-                at.x,
-                at.y,
-                self.panel.status()
-            ));
+        let Some(Mm2 { x, y }) = position else { return };
+        let line = format!("x {x:9.3}  y {y:9.3} mm, machine coordinates  {}", self.panel.status());
+        let (last, then) = &self.shown;
+        if *last != line && (last.is_empty() || now.since(*then) >= SHOWN_EVERY) {
+            Self::write(&format!("{CLEARED}{line}"));
+            self.shown = (line, now);
         }
     }
 
-    fn line(&self, text: &str) {
+    /// Writes a line above the one with the position.
+    fn line(&mut self, text: &str) {
         // The terminal is in raw mode.
-        let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("{text}\r\n"));
+        Self::write(&format!("{CLEARED}{text}\r\n"));
+        self.shown.0.clear();
+    }
+
+    fn write(text: &str) {
+        let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
     }
 }
+
+/// Returns to the first column, and clears the line.
+const CLEARED: &str = "\r\x1b[K";
 
 #[cfg(test)]
 mod tests {

@@ -2,6 +2,9 @@
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 mod support;
+#[cfg(unix)]
+#[path = "support/terminal.rs"]
+mod terminal_of_test;
 
 use std::path::Path;
 use std::process::Output;
@@ -161,4 +164,110 @@ fn ambiguous_probe_points_are_refused_and_write_no_file() {
     let output = attempt(&edges);
     assert!(code(&output) == 0 && printed(&output).contains("not measured"), "{}", complaint(&output));
     assert!(printed(&output).contains("(-250.000, -200.000) mm machine"), "{}", printed(&output));
+}
+
+/// The touch-off of docs/machinist/first-part.md, key by key, at a simulated machine behind a port.
+#[cfg(unix)]
+mod touch_off {
+    use std::process::{Child, Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    use keepout_planner::align::file::AlignmentFile;
+
+    use super::terminal_of_test::Terminal;
+    use super::*;
+
+    /// A simulated machine that ends with its test.
+    struct Machine(Child);
+
+    impl Drop for Machine {
+        fn drop(&mut self) {
+            let _ = self.0.kill();
+            let _ = self.0.wait();
+        }
+    }
+
+    impl Machine {
+        fn start(port: &str) -> Self {
+            let simulate = ["simulate", "--link", port, "--homed", "--start-mm", "-236.5,-203"];
+            let child =
+                Command::new(env!("CARGO_BIN_EXE_keepout")).args(simulate).stdout(Stdio::null()).spawn();
+            let begun = Instant::now();
+            while !Path::new(port).exists() {
+                assert!(begun.elapsed() < Duration::from_secs(60), "the simulated machine does not start");
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            Self(child.unwrap())
+        }
+    }
+
+    /// A job for a stored machine at this port.
+    fn job_at(folder: &Path, port: &str) -> String {
+        let stored = |arguments: &[&str]| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_keepout"));
+            let output = command.args(arguments).env("KEEPOUT_CONFIG", folder).output().unwrap();
+            assert_eq!(code(&output), 0, "{}", complaint(&output));
+        };
+        let figures = ["--repeatability-mm", "0.01", "--contour-error-mm", "0.05", "--operator", "keyboard"];
+        stored(&[&["machine", "new", "practice", "--port", port], &figures[..]].concat());
+        let job = folder.join("job").display().to_string();
+        stored(&["new", &bracket(), "--machine", "practice", "-o", &job]);
+        job
+    }
+
+    #[test]
+    fn three_places_are_taken_by_keys_and_no_figure_is_typed() {
+        let folder = folder("touch-off");
+        let port = folder.join("port").display().to_string();
+        let _machine = Machine::start(&port);
+        let job = job_at(&folder, &port);
+        let config = folder.display().to_string();
+        let align = ["align", &job, "--homed", "--take", "edges"];
+        let mut terminal = Terminal::run(&align, Some(&config));
+        let press = |terminal: &mut Terminal, key: &[u8], count: u32| {
+            let every = Duration::from_millis(60);
+            for _ in 0..count {
+                terminal.type_for(every, key, Duration::from_secs(60));
+            }
+            // The tool comes to rest.
+            terminal.type_for(Duration::from_secs(2), b"", Duration::from_secs(60));
+        };
+        terminal.wait_for("nothing is protected yet");
+        terminal.wait_for("place 1 of 3: touch the long edge near (13.500, 0.000) mm");
+        press(&mut terminal, b"t", 1);
+        terminal.wait_for("taken 1 of 3: machine position (-236.500, -203.000) mm");
+        // Steps of 1 mm.
+        press(&mut terminal, b"s", 1);
+        press(&mut terminal, b"4", 1);
+        terminal.wait_for("step 1 mm");
+        press(&mut terminal, b"\x1b[C", 60);
+        press(&mut terminal, b"\x1b[A", 1);
+        press(&mut terminal, b"t", 1);
+        terminal.wait_for("taken 2 of 3: machine position (-176.500, -202.000) mm");
+        press(&mut terminal, b"\x1b[A", 40);
+        press(&mut terminal, b"\x1b[D", 40);
+        press(&mut terminal, b"t", 1);
+        terminal.wait_for("rotation");
+        terminal.type_for(Duration::from_secs(20), b"", Duration::from_secs(60));
+        assert_eq!(terminal.end(), Some(0), "{}", String::from_utf8_lossy(&terminal.shown));
+        // The edge rises by 1 mm over 60 mm.
+        let found = AlignmentFile::load(&Path::new(&job).join("alignment.toml")).unwrap();
+        assert!((found.rotation_deg - (1.0_f64 / 60.0).atan().to_degrees()).abs() < 1e-6, "{found:?}");
+        assert!(found.rotation_measured && found.touches == 3, "{found:?}");
+    }
+
+    #[test]
+    fn quitting_writes_no_alignment() {
+        let folder = folder("touch-off-quit");
+        let port = folder.join("port").display().to_string();
+        let _machine = Machine::start(&port);
+        let job = job_at(&folder, &port);
+        let config = folder.display().to_string();
+        let mut terminal = Terminal::run(&["align", &job, "--homed"], Some(&config));
+        terminal.wait_for("place 1 of 3");
+        terminal.type_for(Duration::from_secs(20), b"q", Duration::from_secs(1));
+        assert_eq!(terminal.end(), Some(2));
+        assert!(String::from_utf8_lossy(&terminal.shown).contains("no alignment was written"));
+        assert!(!Path::new(&job).join("alignment.toml").exists());
+    }
 }

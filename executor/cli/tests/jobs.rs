@@ -54,6 +54,9 @@ fn job_goes_from_a_drawing_to_a_report() {
     let again = run("resume", &job, &["--recut", "1"]);
     assert!(printed(&again).contains("resumed"), "{}", complaint(&again));
     assert_eq!(count(&folder.join("logs")), 3);
+    let replayed = keepout(&["replay", &job]);
+    assert!(code(&replayed) == 0 && printed(&replayed).contains("2 of 3"), "{}", complaint(&replayed));
+    assert_eq!(count(&folder), 7, "a resumed run writes its report anew: {:?}", fs::read_dir(&folder));
 }
 
 #[test]
@@ -130,6 +133,12 @@ fn tools_and_machines_have_names() {
     assert!(!Path::new(&job).exists(), "a refused job leaves no folder");
     assert_eq!(code(&stored(&["new", &bracket(), "-o", &job, "--tool", "end mill 6"])), 0);
     assert!(printed(&stored(&["plan", &job])).contains("6.35 mm"));
+    assert_eq!(code(&stored(&["tool", "remove", "end mill 6"])), 0);
+    assert!(!printed(&stored(&["tool", "list"])).contains("end mill 6"));
+    let gone = stored(&["tool", "remove", "end mill 6"]);
+    assert!(code(&gone) == 2 && complaint(&gone).contains("there is no tool"), "{}", complaint(&gone));
+    let built_in = stored(&["machine", "remove", "simulated"]);
+    assert!(code(&built_in) == 2 && complaint(&built_in).contains("built in"), "{}", complaint(&built_in));
 }
 
 #[test]

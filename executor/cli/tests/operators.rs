@@ -2,6 +2,10 @@
 //! restores the terminal. A missing device gives an error with the remedy.
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
+#[cfg(unix)]
+#[path = "support/terminal.rs"]
+mod terminal_of_test;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -67,84 +71,10 @@ fn missing_operators_are_named_with_the_remedy() {
 
 #[cfg(unix)]
 mod terminal {
-    use std::fs::OpenOptions;
-    use std::io::{Read, Write};
-    use std::process::Child;
     use std::time::{Duration, Instant};
 
-    use serialport::{SerialPort, TTYPort};
-
+    use super::terminal_of_test::Terminal;
     use super::*;
-
-    /// A program in a terminal of its own.
-    struct Terminal {
-        keys: TTYPort,
-        child: Child,
-        shown: Vec<u8>,
-        /// Keeps the terminal open after the program ends, so that its last output can be read.
-        _end: std::fs::File,
-    }
-
-    impl Terminal {
-        fn run(arguments: &[&str]) -> Self {
-            let (mut keys, device) = TTYPort::pair().unwrap();
-            keys.set_timeout(Duration::from_millis(10)).unwrap();
-            let name = device.name().unwrap();
-            drop(device);
-            let end = || OpenOptions::new().read(true).write(true).open(&name).unwrap();
-            // The program must not inherit this end of the terminal: it would keep its own terminal open.
-            let closed = "for fd in 3 4 5 6 7 8 9; do eval \"exec $fd>&-\"; done; exec \"$@\"";
-            let child = Command::new("sh")
-                .args(["-c", closed, "sh", env!("CARGO_BIN_EXE_keepout")])
-                .args(arguments)
-                .stdin(end())
-                .stdout(end())
-                .stderr(Stdio::null())
-                .spawn()
-                .unwrap();
-            Self { keys, child, shown: Vec::new(), _end: end() }
-        }
-
-        /// Types keys for a time, or until the program ends. Answers queries as a plain terminal does.
-        fn type_for(&mut self, time: Duration, keys: &[u8], every: Duration) {
-            let (began, mut due) = (Instant::now(), Duration::ZERO);
-            while began.elapsed() < time && self.child.try_wait().unwrap().is_none() {
-                let mut bytes = [0; 4096];
-                if let Ok(count) = self.keys.read(&mut bytes) {
-                    self.shown.extend(&bytes[..count]);
-                    if bytes[..count].windows(3).any(|question| question == b"\x1b[c") {
-                        self.keys.write_all(b"\x1b[?62;c").unwrap();
-                    }
-                }
-                if began.elapsed() >= due {
-                    due += every;
-                    self.keys.write_all(keys).unwrap();
-                }
-            }
-        }
-
-        /// Waits until the program shows a text, for at most one minute.
-        fn wait_for(&mut self, text: &str) {
-            let began = Instant::now();
-            while !String::from_utf8_lossy(&self.shown).contains(text) {
-                assert!(began.elapsed() < Duration::from_secs(60), "\"{text}\" is not shown");
-                self.type_for(Duration::from_millis(100), b"", Duration::from_secs(60));
-            }
-        }
-
-        /// Kills the program if it still runs, and reads its last output. Returns its exit code if it ended
-        /// by itself.
-        fn end(&mut self) -> Option<i32> {
-            let status = self.child.try_wait().unwrap();
-            let _ = self.child.kill();
-            let _ = self.child.wait();
-            let mut bytes = [0; 4096];
-            while let Ok(count @ 1..) = self.keys.read(&mut bytes) {
-                self.shown.extend(&bytes[..count]);
-            }
-            status?.code()
-        }
-    }
 
     /// A window that is closed left a process that used a whole core, and once a log without an end.
     #[test]
@@ -155,7 +85,7 @@ mod terminal {
             let path = log.display().to_string();
             let mut run = vec!["run", &plan, "--operator", "keyboard", "--log", &path];
             run.extend(view.then_some("--view"));
-            let mut terminal = Terminal::run(&run);
+            let mut terminal = Terminal::run(&run, None);
             terminal.type_for(Duration::from_secs(3), b"\x1b[D", Duration::from_millis(30));
             let Terminal { keys, mut child, _end: end, .. } = terminal;
             drop((keys, end));
@@ -178,7 +108,7 @@ mod terminal {
         let (folder, plan) = planned("keyboard");
         let trace = folder.join("keys.trace").display().to_string();
         let run = ["run", &plan, "--operator", "keyboard", "--view", "--record-trace", &trace];
-        let mut terminal = Terminal::run(&run);
+        let mut terminal = Terminal::run(&run, None);
         let (held, once) = (Duration::from_millis(30), Duration::from_secs(60));
         terminal.wait_for("\u{1b}[?1049h");
         terminal.type_for(Duration::from_secs(3), b"", once);

@@ -4,15 +4,18 @@ use std::time::Duration;
 
 use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Operator;
+#[cfg(unix)]
+use keepout_executor::session::RealClock;
 use keepout_executor::session::outcome::JobOutcome;
 #[cfg(not(unix))]
 use keepout_executor::session::port::ClosedPort;
 use keepout_executor::session::port::Port;
 use keepout_executor::session::port::PortError;
+#[cfg(unix)]
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    Clock, EventLog, EventLogError, Going, PlaceError, RealClock, RunFacts, Sample, SampleKind, Session,
-    SessionSetup, TablePlacement, VirtualClock, coverage, place_on_table, start_inside,
+    Clock, EventLog, EventLogError, Going, PlaceError, RunFacts, Sample, SampleKind, Session, SessionSetup,
+    TablePlacement, VirtualClock, coverage, place_on_table, start_inside,
 };
 use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;

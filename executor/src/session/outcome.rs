@@ -167,6 +167,17 @@ fn listed(names: impl ExactSizeIterator<Item = String>) -> String {
     all.join(", ")
 }
 
+impl ContourTally {
+    /// The same words for a dry run, which traces the contours and cuts none.
+    #[must_use]
+    pub fn traced(&self) -> String {
+        format!(
+            "DRY RUN, nothing is cut: {}",
+            self.to_string().replacen("contours cut", "contours traced", 1)
+        )
+    }
+}
+
 impl fmt::Display for ContourTally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { cut, planned, left, unplanned } = self;

@@ -138,7 +138,10 @@ fn uncut_hole_is_rest_material_and_a_warning_names_the_largest_tool() {
         summary.starts_with("WARNING      the 6 mm tool does not fit along 4 of 5 contours"),
         "{summary}"
     );
-    assert!(summary.contains("2 hole Ø 6.000 at (10.000, 8.000)") && summary.contains("UNCUT"), "{summary}");
+    assert!(
+        summary.contains("2 hole Ø 6.000 at (10.000, 8.000)") && summary.contains("WILL NOT BE CUT"),
+        "{summary}"
+    );
     let largest = made.shortfalls()[0].fits_mm.unwrap();
     // The claim holds: this tool cuts all contours, and a larger one does not.
     assert!(plan(&plate, largest).unwrap().shortfalls().is_empty());

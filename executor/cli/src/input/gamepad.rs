@@ -28,6 +28,8 @@ struct Left {
     at: Instant,
     /// Whether the loop has taken the reading.
     taken: bool,
+    /// A contour began: the thread is to disarm the cycle.
+    disarm: bool,
 }
 
 /// The operator at an input device. Dropping it ends its thread.
@@ -87,6 +89,7 @@ impl Gamepad {
             commands: VecDeque::new(),
             at: began,
             taken: true,
+            disarm: false,
         }));
         let stop = Arc::new(AtomicBool::new(false));
         let shared = (Arc::clone(&left), Arc::clone(&stop));
@@ -134,6 +137,10 @@ fn serve<D: Devices>(mut reader: Reader<D>, began: Instant, left: &Mutex<Left>, 
 /// Leaves a reading for the loop. The reader keeps further handwheel turns until the loop has taken the last
 /// ones.
 fn leave<D: Devices>(reader: &mut Reader<D>, mut reading: Reading, at: Instant, left: &mut Left) {
+    if std::mem::take(&mut left.disarm) {
+        reader.disarm();
+        reading.armed = false;
+    }
     for command in std::mem::take(&mut reading.commands) {
         if left.commands.len() >= COMMANDS_MAX && command == OperatorCommand::Stop {
             left.commands.pop_back();
@@ -153,12 +160,19 @@ fn leave<D: Devices>(reader: &mut Reader<D>, mut reading: Reading, at: Instant, 
 impl Operator for Gamepad {
     fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
         self.last.turned_mm = Mm2::ZERO;
+        // A contact start disarms the cycle: the next contour needs the button again.
+        let started = matches!(view.phase, Phase::Touching | Phase::Contouring);
         if let Ok(mut left) = self.left.try_lock() {
+            if started {
+                left.disarm |= left.reading.armed;
+                left.reading.armed = false;
+            }
             self.last = left.reading.clone();
             self.read_at = left.at;
             left.reading.turned_mm = Mm2::ZERO;
             left.taken = true;
         }
+        self.last.armed &= !started;
         self.panel.set_status(&self.status());
         let input = self.interlock.input(&self.last, self.read_at.elapsed());
         self.holds = input.is_none() && view.phase == Phase::Contouring;
@@ -240,6 +254,28 @@ mod tests {
             std::thread::sleep(Duration::from_millis(2));
         }
         panic!("no such input within 5 s");
+    }
+
+    #[test]
+    fn contact_start_disarms_the_cycle_until_the_button_is_pressed_again() {
+        let bench = Shared::default();
+        bench.0.lock().unwrap().plugged = true;
+        let stick = Stick::new(StickSettings::default()).unwrap();
+        let mut gamepad = Gamepad::of(bench.clone(), Mapping::default(), stick, Panel::default()).unwrap();
+        std::thread::sleep(Duration::from_millis(30));
+        for _ in 0..2 {
+            let press = |down| [RawEvent::Button { code: 0x13b, down }, RawEvent::Report];
+            bench.0.lock().unwrap().events.extend([press(true), press(false)].concat());
+            until(&mut gamepad, |input| input.armed);
+            assert!(gamepad.status().contains("armed"));
+            assert!(!gamepad.input(&view(Phase::Touching), Time::ZERO).armed);
+            std::thread::sleep(Duration::from_millis(30));
+            for _ in 0..20 {
+                assert!(!gamepad.input(&view(Phase::Manual), Time::ZERO).armed);
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            assert!(!gamepad.status().contains("armed"));
+        }
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! The operator's devices: gamepad, handwheel and keyboard. A thread of its own reads each device.
 
 mod attended;
+#[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "only Linux has input devices"))]
 pub mod device;
+#[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "only Linux has input devices"))]
 mod gamepad;
 pub mod handwheel;
 mod key;

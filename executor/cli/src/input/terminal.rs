@@ -161,10 +161,22 @@ pub struct Keyboard {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
     panel: Panel,
+    /// Whether the keys jog. Otherwise another device does, and the status line is its own.
+    jogs: bool,
     _mode: RawMode,
 }
 
 impl Keyboard {
+    /// The keyboard beside another device, which jogs.
+    ///
+    /// # Errors
+    /// As [`Keyboard::open`].
+    pub fn watching(panel: Panel) -> Result<Self, TerminalError> {
+        let mut keyboard = Self::open(panel)?;
+        keyboard.jogs = false;
+        Ok(keyboard)
+    }
+
     /// Takes the terminal's keys from now on. Notices go to `panel`.
     ///
     /// # Errors
@@ -179,7 +191,7 @@ impl Keyboard {
             .spawn(move || serve(&shared.0, &shared.1))
             .map_err(TerminalError::SetUp)?;
         let keys = Keys::new(mode.releases);
-        Ok(Self { keys, typed, stop, thread: Some(thread), panel, _mode: mode })
+        Ok(Self { keys, typed, stop, thread: Some(thread), panel, jogs: true, _mode: mode })
     }
 
     /// Whether space was the last key pressed.
@@ -206,7 +218,9 @@ impl Operator for Keyboard {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
         self.take_strokes(now);
         let input = self.keys.input(view.phase, now);
-        self.panel.set_status(&self.keys.status());
+        if self.jogs {
+            self.panel.set_status(&self.keys.status());
+        }
         self.panel.set_help(self.keys.help());
         self.panel.take(self.keys.take_taken());
         input

@@ -160,6 +160,11 @@ impl Pad {
         self.armed
     }
 
+    /// Disarms the cycle.
+    pub fn disarm(&mut self) {
+        self.armed = false;
+    }
+
     /// Takes the commands since the last call, in order.
     pub fn take_commands(&mut self) -> Vec<OperatorCommand> {
         std::mem::take(&mut self.commands)

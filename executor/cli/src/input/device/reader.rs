@@ -99,6 +99,11 @@ impl<D: Devices> Reader<D> {
         self.pad.wheel().take_mm()
     }
 
+    /// Disarms the cycle.
+    pub fn disarm(&mut self) {
+        self.pad.disarm();
+    }
+
     /// Reads the events of the device, or searches for a missing device. `now` counts from any fixed time.
     pub fn round(&mut self, now: Duration) -> Reading {
         match &mut self.device {

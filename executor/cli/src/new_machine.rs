@@ -1,0 +1,195 @@
+//! The command `machine new`: asks the controller what it knows, and a person for what it does not.
+
+use std::io::{BufRead, IsTerminal, Write};
+use std::process::ExitCode;
+
+use clap::Args;
+use keepout_executor::dialect::{DialectConfig, DialectName};
+use keepout_executor::session::RealClock;
+use keepout_executor::session::serial::Serial;
+use keepout_kernel::Vector;
+use keepout_planner::Mm2;
+use keepout_planner::machine::{ControllerProfile, MachineProfile};
+use keepout_planner::text_file;
+
+use super::CliError;
+use super::examine::{Examination, examine};
+use super::store::{SIMULATED, StoredMachine, path_of, write};
+use super::values::{full_path, length, pair};
+
+#[derive(Debug, Args)]
+pub struct NewMachine {
+    /// Its name, such as mill.
+    name: String,
+    /// The serial port, such as /dev/ttyUSB0.
+    #[arg(long, value_name = "DEVICE")]
+    port: String,
+    /// Dialect of the controller: grbl, grblhal, zaber, venus, or a file that describes another dialect.
+    #[arg(long, value_name = "DIALECT", default_value = "grbl")]
+    dialect: String,
+    /// Baud rate of the port.
+    #[arg(long, default_value_t = 115_200)]
+    baud: u32,
+    /// The device that jogs: keyboard, gamepad or handwheel.
+    #[arg(long)]
+    operator: Option<String>,
+    /// Travel of x and y, if the controller does not state it, mm.
+    #[arg(long, value_name = "X,Y", value_parser = pair)]
+    travel_mm: Option<Mm2>,
+    /// Half the spread of ten returns to one place by a dial gauge, mm.
+    #[arg(long, value_name = "MM", value_parser = length)]
+    repeatability_mm: Option<f64>,
+    /// Largest distance of the true path from the commanded path in motion, mm.
+    #[arg(long, value_name = "MM", value_parser = length)]
+    contour_error_mm: Option<f64>,
+    /// Replace the machine of this name.
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Examines the controller, asks for the other figures, and stores the machine.
+pub fn new_machine(arguments: &NewMachine) -> Result<ExitCode, CliError> {
+    // A name that exists is an error before the questions.
+    let path = path_of("machine", &arguments.name)?;
+    if arguments.name == SIMULATED {
+        return Err(CliError::Argument("\"simulated\" is built in. Choose another name.".into()));
+    }
+    if path.exists() && !arguments.overwrite {
+        let reason =
+            format!("the machine \"{}\" exists. Choose another name, or give --overwrite.", arguments.name);
+        return Err(CliError::Argument(reason));
+    }
+    let dialect_name =
+        DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
+    let simulated = MachineProfile::simulated();
+    let mut dialect = dialect_name.dialect(DialectConfig::of(&simulated, Vector { dx: 0, dy: 0 }));
+    let mut port = Serial::open(&arguments.port, arguments.baud)?;
+    let needed = (simulated.steps_per_mm, simulated.arc_tolerance_mm);
+    let found = examine(&mut port, &mut RealClock::default(), dialect.as_mut(), QUERIES, needed)?;
+    drop(port);
+    let profile = profile_of(arguments, &found, &simulated)?.checked()?;
+    let operator = answer(
+        arguments.operator.clone(),
+        "Which device jogs: keyboard, gamepad or handwheel",
+        "keyboard".into(),
+        |text| ["keyboard", "gamepad", "handwheel"].contains(&text).then(|| text.to_string()),
+    )?;
+    let stored = StoredMachine {
+        port: arguments.port.clone(),
+        dialect: full_path(&arguments.dialect),
+        baud: arguments.baud,
+        operator,
+        profile,
+    };
+    let path = write("machine", &arguments.name, &stored, arguments.overwrite)?;
+    print!("{}", toml::to_string(&stored).unwrap_or_default());
+    println!("\n{:<36} {}", format!("machine \"{}\"", arguments.name), path.display());
+    println!(
+        "Check every figure. `keepout doctor --machine \"{}\"` tells whether a session can begin.",
+        arguments.name
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Number of timed queries.
+const QUERIES: usize = 30;
+
+/// The figures that the controller states, and the answers for the others.
+fn profile_of(
+    arguments: &NewMachine,
+    found: &Examination,
+    simulated: &MachineProfile,
+) -> Result<MachineProfile, CliError> {
+    let stated = found.inspector.as_ref();
+    let known = |value: f64| Some(value).filter(|value| value.is_finite() && *value > 0.0);
+    let figure = |text: &str| length(text).ok().filter(|value| (0.0..=10.0).contains(value));
+    let speed = |text: &str| text.parse::<f64>().ok().filter(|value| (1e-3..=1e6).contains(value));
+    let travel = stated.and_then(|stated| stated.travel_mm).map(|[x, y]| Mm2::new(x, y));
+    let travel = match travel.or(arguments.travel_mm) {
+        Some(travel) => travel,
+        None => answer(None, "Travel of x and y, mm, such as 400,350", Mm2::new(400.0, 350.0), |text| {
+            pair(text).ok()
+        })?,
+    };
+    let limit = |value: Option<f64>, question: &str, default: f64| match value.and_then(known) {
+        Some(value) => Ok(value),
+        None => answer(None, question, default, speed),
+    };
+    let limits = stated.map(|stated| stated.limits);
+    let repeatability_mm = answer(
+        arguments.repeatability_mm,
+        "Repeatability: half the spread of ten returns to one place by a dial gauge, mm",
+        0.01,
+        figure,
+    )?;
+    let contour_error_mm = answer(
+        arguments.contour_error_mm,
+        "Contour error: largest distance of the true path from the commanded one in motion, mm",
+        0.05,
+        figure,
+    )?;
+    Ok(MachineProfile {
+        name: arguments.name.clone(),
+        travel_mm: [travel.x, travel.y],
+        max_rate_mm_s: limit(limits.map(|limits| limits.speed_mm_s), "Top speed of an axis, mm/s", 50.0)?,
+        acceleration_mm_s2: limit(
+            limits.map(|limits| limits.acceleration_mm_s2),
+            "Acceleration of an axis, mm/s²",
+            200.0,
+        )?,
+        steps_per_mm: limit(stated.and_then(|stated| stated.steps_per_mm), "Steps per mm of an axis", 400.0)?,
+        report_digit_mm: stated
+            .and_then(|stated| stated.report_digit_mm)
+            .unwrap_or(simulated.report_digit_mm),
+        arc_tolerance_mm: simulated.arc_tolerance_mm,
+        repeatability_mm,
+        contour_error_mm,
+        contour_error_source: Some("stated by hand with keepout machine new".into()),
+        controller: Some(ControllerProfile {
+            firmware: text_file::shown(
+                &stated.and_then(|stated| stated.firmware.clone()).unwrap_or_default(),
+            ),
+            report_latency_ms: Some(found.round_trip(50).as_secs_f64() * 1e3),
+            ..ControllerProfile::default()
+        }),
+    })
+}
+
+/// The given value, or the answer of a person at a terminal. Without a terminal the value must be given.
+fn answer<T: Clone + std::fmt::Debug>(
+    given: Option<T>,
+    question: &str,
+    default: T,
+    parse: impl Fn(&str) -> Option<T>,
+) -> Result<T, CliError> {
+    if let Some(value) = given {
+        return Ok(value);
+    }
+    if !std::io::stdin().is_terminal() {
+        let reason = format!(
+            "the controller does not answer this question, and the input is not a terminal: {question}? Give its \
+             option; see `keepout machine new --help`."
+        );
+        return Err(CliError::Argument(reason));
+    }
+    for _ in 0..5 {
+        eprint!("{question} [{}]: ", shown(&default));
+        let _ = std::io::stderr().flush();
+        let mut text = String::new();
+        let _ = std::io::stdin().lock().read_line(&mut text);
+        match text.trim() {
+            "" => return Ok(default),
+            text => match parse(text) {
+                Some(value) => return Ok(value),
+                None => eprintln!("\"{}\" is no answer.", text_file::shown(text)),
+            },
+        }
+    }
+    Err(CliError::Argument(format!(
+        "no answer to: {question}. Give a value of this form, or press Return for the proposal."
+    )))
+}
+
+fn shown(value: &impl std::fmt::Debug) -> String {
+    format!("{value:?}").replace('"', "").replace("Mm2 { x: ", "").replace(" y: ", "").replace(" }", "")
+}
