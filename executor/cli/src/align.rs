@@ -49,22 +49,7 @@ pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
     let side: MachinedSide = arguments.side.map_or(MachinedSide::Outside, Into::into);
     let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
     let part = PartEdges::of(&profile, side).map_err(|error| wrong(PlanError::from(error).into()))?;
-    let none = arguments.point.is_empty() && arguments.edge.is_empty();
-    let taken = match (&job, arguments.take, none) {
-        (Some(job), method, true) => {
-            let method = method.unwrap_or(TakeMethod::Edges);
-            if !arguments.home && !arguments.homed {
-                let reason = "give --home (tool raised), or --homed if the machine was homed since power-up";
-                return Err(CliError::Argument(reason.into()));
-            }
-            take(method, &profile, side, &job.machine()?, arguments.home)?
-        }
-        (None, Some(_), _) => {
-            let reason = "--take needs the folder of a job, which names the machine: `keepout new DRAWING`";
-            return Err(CliError::Argument(reason.into()));
-        }
-        _ => Taken { points: arguments.point.clone(), edges: arguments.edge.clone() },
-    };
+    let taken = taken(arguments, job.as_ref(), &profile, side)?;
     let tool_mm = job.as_ref().and_then(|job| job.tool_mm().ok());
     let probe_points = ProbePoints {
         points: taken.points,
@@ -86,6 +71,32 @@ pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
         println!("next         keepout plan {}: the plan turns with the part", job.folder.display());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The places of the arguments, or those that the operator takes in the program.
+fn taken(
+    arguments: &AlignArguments,
+    job: Option<&JobFolder>,
+    profile: &Profile,
+    side: MachinedSide,
+) -> Result<Taken, CliError> {
+    let none = arguments.point.is_empty() && arguments.edge.is_empty();
+    Ok(match (job, arguments.take, none) {
+        (Some(job), method, true) => {
+            let method = method.unwrap_or(TakeMethod::Edges);
+            if !arguments.home && !arguments.homed {
+                let reason = "give --home (tool raised), or --homed if the machine was homed since power-up";
+                return Err(CliError::Argument(reason.into()));
+            }
+            let unit = arguments.display.or(job.file.display).unwrap_or_default();
+            take(method, (profile, side), &job.machine()?, arguments.home, unit)?
+        }
+        (None, Some(_), _) => {
+            let reason = "--take needs the folder of a job, which names the machine: `keepout new DRAWING`";
+            return Err(CliError::Argument(reason.into()));
+        }
+        _ => Taken { points: arguments.point.clone(), edges: arguments.edge.clone() },
+    })
 }
 
 fn profile_of(arguments: &AlignArguments) -> Result<Profile, CliError> {

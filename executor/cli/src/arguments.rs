@@ -11,6 +11,7 @@ use keepout_planner::select::InkSide;
 use serde::Deserialize;
 
 use crate::run_arguments::RunArguments;
+use crate::shown_unit::ShownUnit;
 use crate::values::{length, pair, pass, time};
 
 /// Machine a part by hand, straight from its drawing. The computer keeps the tool out of the part, whatever
@@ -238,6 +239,9 @@ pub(crate) struct AlignArguments {
     /// A job has its own side; otherwise it is outside.
     #[arg(long, value_enum)]
     pub(crate) side: Option<SideArgument>,
+    /// Unit of the lengths on the screen during a touch-off. Default: mm, or the unit of the job.
+    #[arg(long, value_enum, value_name = "UNIT")]
+    pub(crate) display: Option<ShownUnit>,
     /// A point of the drawing, and the machine coordinates of the tool's centre on this point, mm. Two or
     /// more points also measure the rotation. One point alone gives the offset.
     #[arg(long, value_name = "DX,DY=MX,MY", value_parser = crate::align::probe_point, allow_hyphen_values = true)]

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use keepout_executor::session::TablePlacement;
 use keepout_planner::align::file::AlignmentFile;
-use keepout_planner::contour::short;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
@@ -55,10 +54,6 @@ pub fn refuse_incomplete(arguments: &RunArguments) -> Result<(), CliError> {
     if arguments.port.is_none() && arguments.simulate {
         let reason =
             "--simulate is for a port. Without --port, the machine is simulated anyway: leave it out";
-        return Err(CliError::Argument(reason.into()));
-    }
-    if arguments.dry_run && arguments.report.is_some() {
-        let reason = "a dry run cuts nothing, so there is nothing to report: leave out --report";
         return Err(CliError::Argument(reason.into()));
     }
     if arguments.resume.is_none() && (arguments.moved || !arguments.recut.is_empty()) {
@@ -157,8 +152,9 @@ impl ConfirmPage<'_> {
         let Self { plan, arguments, operator, port, place, progress, log } = self;
         let made = &plan.plan;
         let row = |name: &str, value: String| format!("  {name:<16} {value}");
-        let offset = place.offset;
-        let origin = format!("({:.3}, {:.3}) mm in machine coordinates", mm(offset.dx), mm(offset.dy));
+        let (offset, unit) = (place.offset, arguments.display());
+        let (x, y) = (unit.figure(mm(offset.dx)), unit.figure(mm(offset.dy)));
+        let origin = format!("({x}, {y}) {} in machine coordinates", unit.symbol());
         let aligned = match &arguments.alignment {
             Some(path) => format!("by {}", path.display()),
             None => "stated by --origin-mm; the rotation is not measured".into(),
@@ -169,13 +165,10 @@ impl ConfirmPage<'_> {
             row("machine", format!("{} at {port}; {homing}", made.machine.name)),
             row("operator", (*operator).into()),
             row("drawing", made.provenance.name.clone()),
-            row(
-                "part",
-                format!("{} mm, {}", keepout_planner::size::size(plan.profile_size_mm()), plan.side_words()),
-            ),
-            row("tool", format!("Ø {} mm", short(2.0 * mm(made.tool_radius.units())))),
-            row("stock to leave", format!("{} mm", short(mm(made.stock_to_leave.units())))),
-            row("feed", format!("{} mm/min along contours", arguments.feed_mm_min())),
+            row("part", format!("{}, {}", unit.size(plan.profile_size_mm()), plan.side_words())),
+            row("tool", format!("Ø {}", unit.length(2.0 * mm(made.tool_radius.units())))),
+            row("stock to leave", unit.length(mm(made.stock_to_leave.units()))),
+            row("feed", format!("{} along contours", unit.feed(arguments.feed_mm_min()))),
             row("drawing's origin", origin),
             row("alignment", aligned),
             row("log", log.map_or("none".into(), |log| log.display().to_string())),

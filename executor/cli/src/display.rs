@@ -10,8 +10,10 @@ use keepout_guard::Time;
 use keepout_planner::Mm2;
 use keepout_planner::units::point_mm;
 
+use super::RunArguments;
 use super::operator_setup::HELP;
 use super::screen::Screen;
+use super::shown_unit::ShownUnit;
 
 /// The contours that are cut and left, in words. Computed anew only when a contour is finished.
 pub struct TallyLine {
@@ -43,6 +45,7 @@ pub struct Display {
     bar: ProgressBar,
     screen: Option<Screen>,
     panel: Panel,
+    unit: ShownUnit,
     tally: TallyLine,
     phase: Option<Phase>,
     finished: usize,
@@ -52,15 +55,15 @@ pub struct Display {
 }
 
 impl Display {
-    pub fn new(setup: (Option<Screen>, Panel), dry_run: bool) -> Self {
-        let (screen, panel) = setup;
+    pub fn new(screen: Option<Screen>, panel: Panel, arguments: &RunArguments) -> Self {
         let line = screen.is_none() && std::io::stderr().is_terminal();
         let bar = if line { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
             bar.set_style(style);
         }
-        let (tally, taken) = (TallyLine::new(dry_run), (0, 0));
-        Self { bar, screen, panel, tally, phase: None, finished: 0, taken, helped: false }
+        let (tally, taken) = (TallyLine::new(arguments.dry_run), (0, 0));
+        let unit = arguments.display();
+        Self { bar, screen, panel, unit, tally, phase: None, finished: 0, taken, helped: false }
     }
 
     pub fn show(&mut self, supervisor: &Supervisor, closest_mm: Option<f64>, now: Time) {
@@ -74,7 +77,8 @@ impl Display {
         }
         let position = supervisor.position().map_or("position unknown".into(), |point| {
             let Mm2 { x, y } = point_mm(point);
-            format!("x {x:9.3}  y {y:9.3} mm")
+            let (x, y) = (self.unit.figure(x), self.unit.figure(y));
+            format!("x {x:>9}  y {y:>9} {}", self.unit.symbol())
         });
         let progress = supervisor
             .guard()

@@ -12,6 +12,7 @@ use keepout_planner::text_file;
 use serde::Deserialize;
 
 use super::arguments::{CutArgument, SideArgument, StrokeArgument};
+use super::shown_unit::ShownUnit;
 use super::store::{SIMULATED, StoredMachine, StoredTool};
 use super::values::{length, pass};
 use super::{CliError, DrawingArguments, MachineArgument, PlanArguments, RunArguments};
@@ -48,6 +49,8 @@ pub struct JobFile {
     pub keep_out_layers: Vec<String>,
     pub travel_layer: Option<String>,
     pub at: Vec<[f64; 2]>,
+    /// Unit of the lengths on the screen.
+    pub display: Option<ShownUnit>,
 }
 
 /// Title block of the report: what a customer reads first.
@@ -226,6 +229,7 @@ impl JobFolder {
                 by_hand.then(|| machine.operator.clone())
             }),
             view: given.view || !virtual_time,
+            display: given.display.or(self.file.display),
             feed_mm_min: given.feed_mm_min.or(self.file.feed_mm_min),
             log: Some(given.log.clone().unwrap_or(log)),
             report: given.report.clone().or_else(|| (!given.dry_run).then(|| self.path("report.html"))),
@@ -333,6 +337,7 @@ side = {side}              # outside: the part is inside the contour. inside: th
 stock_to_leave_mm = 0.2    # stock that jogging leaves for the finishing cut
 feed_mm_min = 900          # feed along contours
 cut = \"conventional\"       # or \"climb\"
+# display = \"inch\"         # unit of the lengths on the screen
 passes = []                # such as [\"0.1:900\", \"0:600\"]: stock that each pass leaves, and its feed
 
 # How the drawing is read.

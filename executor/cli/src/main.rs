@@ -24,6 +24,7 @@ mod run;
 mod run_arguments;
 mod screen;
 mod shell;
+mod shown_unit;
 #[cfg(unix)]
 mod simulate;
 mod store;

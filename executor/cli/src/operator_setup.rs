@@ -69,7 +69,7 @@ pub fn set_up(
             (_, true) => WATCHING_KEYS,
             _ => "",
         };
-        Some(Screen::open(panel.clone(), keys, arguments.dry_run)?)
+        Some(Screen::open(panel.clone(), keys, arguments)?)
     } else {
         None
     };

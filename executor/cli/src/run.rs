@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime};
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::{DialectConfig, DialectName};
+use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
@@ -29,7 +30,7 @@ use super::before::{
 };
 use super::display::Display;
 use super::job::{JobFolder, keep_earlier};
-use super::operator_setup::{OperatorSetup, set_up};
+use super::operator_setup::set_up;
 use super::plan::{given, load, refuse_same, write};
 use super::resume::{fits, progress_of};
 use super::values::seconds;
@@ -125,7 +126,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
             on_simulation(
                 work,
                 &run,
-                setup,
+                (setup.operator, Display::new(setup.screen, setup.panel, arguments)),
                 &Recording { log, operator, machine, simulated: true, dry_run: arguments.dry_run },
                 &outputs,
             )
@@ -251,14 +252,12 @@ impl Recording<'_> {
 fn on_simulation(
     work: PreparedPlan,
     run: &SimRun,
-    setup: OperatorSetup,
+    (operator, mut display): (Box<dyn Operator + Send>, Display),
     recording: &Recording<'_>,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
-    let mut display = Display::new((setup.screen, setup.panel), recording.dry_run);
     let scene = Scene::of(work, run)?;
     let log = recording.event_log(&scene.setup)?;
-    let operator = setup.operator;
     let result = run_scene(run, scene, operator, log, &mut |supervisor, monitor, now| {
         display.show(supervisor, monitor.closest_mm(), now);
         Going::On
@@ -315,7 +314,7 @@ fn on_port(
     if setup.recovers {
         session = session.recovering(Box::new(|| Serial::open(name, arguments.baud())));
     }
-    let mut display = Display::new((setup.screen, setup.panel), arguments.dry_run);
+    let mut display = Display::new(setup.screen, setup.panel, arguments);
     let mut samples: Vec<Sample> = Vec::new();
     let mut last = Time::ZERO;
     let outcome = session.run(&mut RealClock::default(), limit, |session, now| {

@@ -8,6 +8,7 @@ use keepout_planner::plan::FEEDS_MM_MIN;
 
 use crate::arguments::CertifyTime;
 use crate::resume::Recut;
+use crate::shown_unit::ShownUnit;
 use crate::values::pair;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -80,6 +81,9 @@ pub(crate) struct RunArguments {
     /// Show the position, the wall and a small plan on the whole terminal. Has no effect without a terminal.
     #[arg(long)]
     pub(crate) view: bool,
+    /// Unit of the lengths on the screen. Default: mm, or the unit of the job.
+    #[arg(long, value_enum, value_name = "UNIT")]
+    pub(crate) display: Option<ShownUnit>,
     /// Gamepad: radius of the dead zone, as a share of the stick's throw.
     #[arg(long, value_name = "SHARE", default_value_t = 0.12)]
     pub(crate) dead_zone: f64,
@@ -140,6 +144,11 @@ impl RunArguments {
     /// Dialect of the controller.
     pub(crate) fn dialect(&self) -> &str {
         self.dialect.as_deref().unwrap_or("grbl")
+    }
+
+    /// Unit of the lengths on the screen.
+    pub(crate) fn display(&self) -> ShownUnit {
+        self.display.unwrap_or_default()
     }
 
     /// Baud rate of the port.

@@ -20,8 +20,10 @@ use keepout_planner::Mm2;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{mm, point_mm};
 
+use super::RunArguments;
 use super::display::TallyLine;
 use super::operator_setup::{FAULT_KEYS, HELP};
+use super::shown_unit::ShownUnit;
 use super::view::{Headline, ScreenOutline, Tone, ViewFacts, draw, headline_lines};
 use crate::input::TerminalError;
 use crate::input::terminal::SecondScreen;
@@ -53,6 +55,7 @@ pub struct Screen {
     /// Numbers of notices taken from the panel and from the supervisor.
     taken: (usize, usize),
     tally: TallyLine,
+    unit: ShownUnit,
     keys: &'static str,
     _screen: SecondScreen,
 }
@@ -60,7 +63,7 @@ pub struct Screen {
 impl Screen {
     /// Opens the view on the terminal. `keys` is the line that explains the keys, `panel` is the operator's
     /// panel.
-    pub fn open(panel: Panel, keys: &'static str, dry_run: bool) -> Result<Self, TerminalError> {
+    pub fn open(panel: Panel, keys: &'static str, arguments: &RunArguments) -> Result<Self, TerminalError> {
         let screen = SecondScreen::enter()?;
         let (pictures, received) = sync_channel(1);
         let thread = std::thread::Builder::new().name("view".into()).spawn(move || show_all(&received))?;
@@ -74,7 +77,8 @@ impl Screen {
             panel,
             notices: Vec::new(),
             taken: (0, 0),
-            tally: TallyLine::new(dry_run),
+            tally: TallyLine::new(arguments.dry_run),
+            unit: arguments.display(),
             keys,
             _screen: screen,
         })
@@ -110,6 +114,7 @@ impl Screen {
             position_mm,
             wall_mm,
             speed_mm_s: self.speed_mm_s(),
+            unit: self.unit,
             tool_radius_mm: mm(plan.plan.tool_radius.units()),
             outline,
             trail: self.trail.clone(),

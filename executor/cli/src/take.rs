@@ -25,6 +25,7 @@ use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{along_mm, point_from_mm, point_mm};
 
 use super::CliError;
+use super::shown_unit::ShownUnit;
 use super::store::StoredMachine;
 use crate::input::Keyboard;
 
@@ -71,10 +72,10 @@ pub struct Taken {
 /// Lets the operator take places of a part. `side`: the side from which edges are touched.
 pub fn take(
     method: TakeMethod,
-    profile: &Profile,
-    side: MachinedSide,
+    (profile, side): (&Profile, MachinedSide),
     machine: &StoredMachine,
     home: bool,
+    unit: ShownUnit,
 ) -> Result<Taken, CliError> {
     if !std::io::stdin().is_terminal() {
         let reason = "the places are taken at a terminal, and the input is not a terminal. A script gives --point or \
@@ -88,10 +89,11 @@ pub fn take(
     }
     let places = places(method, profile, side)?;
     eprintln!(
-        "THE PLACE OF THE PART IS UNKNOWN: nothing is protected yet. The fastest jog is {SPEED_MM_S:.0} mm/s."
+        "THE PLACE OF THE PART IS UNKNOWN: nothing is protected yet. The fastest jog is {}.",
+        unit.speed(SPEED_MM_S)
     );
     eprintln!("s: steps · arrows: jog · 1-4: speed · t: take the place · SPACE: stop · q: give up");
-    let machine_mm = jogged(&places, machine, home)?;
+    let machine_mm = jogged(&places, machine, home, unit)?;
     let each = places.iter().zip(machine_mm);
     let touches: Vec<ProbePoint> =
         each.map(|(place, machine_mm)| ProbePoint { drawing_mm: place.drawing_mm, machine_mm }).collect();
@@ -225,7 +227,12 @@ fn nothing_to_protect(machine: &MachineProfile) -> Result<PreparedPlan, CliError
 }
 
 /// The machine coordinates of the places, as the operator takes them.
-fn jogged(places: &[Place], machine: &StoredMachine, home: bool) -> Result<Vec<Mm2>, CliError> {
+fn jogged(
+    places: &[Place],
+    machine: &StoredMachine,
+    home: bool,
+    unit: ShownUnit,
+) -> Result<Vec<Mm2>, CliError> {
     let StoredMachine { port, dialect, baud, profile, .. } = machine;
     let dialect = DialectName::named(dialect).map_err(|error| CliError::Argument(error.to_string()))?;
     let off =
@@ -249,6 +256,7 @@ fn jogged(places: &[Place], machine: &StoredMachine, home: bool) -> Result<Vec<M
     let mut session = setup.session(serial, keyboard, Box::new(NoEventLog));
     let mut taking = Taking {
         places,
+        unit,
         panel,
         taken: Vec::new(),
         seen: 0,
@@ -276,6 +284,7 @@ fn jogged(places: &[Place], machine: &StoredMachine, home: bool) -> Result<Vec<M
 /// The places that are taken, and what the operator sees.
 struct Taking<'a> {
     places: &'a [Place],
+    unit: ShownUnit,
     panel: Panel,
     taken: Vec<Mm2>,
     /// Number of take keys that were read.
@@ -337,7 +346,8 @@ impl Taking<'_> {
     /// Shows the position and the speed or step, in one line that is written anew while they change.
     fn show(&mut self, position: Option<Mm2>, now: Time) {
         let Some(Mm2 { x, y }) = position else { return };
-        let line = format!("x {x:9.3}  y {y:9.3} mm, machine coordinates  {}", self.panel.status());
+        let (x, y, symbol) = (self.unit.figure(x), self.unit.figure(y), self.unit.symbol());
+        let line = format!("x {x:>9}  y {y:>9} {symbol}, machine coordinates  {}", self.panel.status());
         let (last, then) = &self.shown;
         if *last != line && (last.is_empty() || now.since(*then) >= SHOWN_EVERY) {
             Self::write(&format!("{CLEARED}{line}"));

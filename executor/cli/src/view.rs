@@ -7,6 +7,8 @@ mod plan;
 use keepout_planner::Mm2;
 use std::sync::Arc;
 
+use crate::shown_unit::ShownUnit;
+
 pub use plan::ScreenOutline;
 
 /// State of the machine, as the view's first line.
@@ -111,6 +113,8 @@ pub struct ViewFacts {
     pub position_mm: Option<Mm2>,
     /// Distance from the tool's centre to the wall, mm. It is 0 at the wall.
     pub wall_mm: Option<f64>,
+    /// Unit in which lengths are shown.
+    pub unit: ShownUnit,
     /// Speed of the tool, mm/s.
     pub speed_mm_s: Option<f64>,
     /// The tool's radius, mm.
@@ -185,9 +189,9 @@ fn small_view(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
     lines.extend(explained(&facts.headline, width));
     let body = height.saturating_sub(lines.len() + 2);
     let figures = [
-        format!("X {}", position(facts.position_mm.map(|at| at.x))),
-        format!("Y {}", position(facts.position_mm.map(|at| at.y))),
-        format!("wall {:>8} mm", distance(facts.wall_mm)),
+        format!("X {}", position(facts, |at| at.x)),
+        format!("Y {}", position(facts, |at| at.y)),
+        format!("wall {:>8} {}", distance(facts), facts.unit.symbol()),
         speed(facts),
         facts.status.clone(),
         clock(facts.seconds),
@@ -218,12 +222,13 @@ fn large_figures(facts: &ViewFacts, room: usize) -> Vec<String> {
         let labels = ["", label, ""];
         rows.iter().zip(labels).map(|(row, label)| format!("{label:<5}{row}").trim_end().into()).collect()
     };
-    let mut lines = big("X", &position(facts.position_mm.map(|at| at.x)));
+    let mut lines = big("X", &position(facts, |at| at.x));
     lines.push(String::new());
-    lines.extend(big("Y", &position(facts.position_mm.map(|at| at.y))));
+    lines.extend(big("Y", &position(facts, |at| at.y)));
     lines.push(String::new());
-    lines.extend(big("WALL", &format!("{:>9}", distance(facts.wall_mm))));
-    let rest = [speed(facts), facts.status.clone(), clock(facts.seconds)];
+    lines.extend(big("WALL", &format!("{:>9}", distance(facts))));
+    let unit = if facts.unit == ShownUnit::Inch { " · lengths in inches" } else { "" };
+    let rest = [speed(facts), facts.status.clone(), clock(facts.seconds) + unit];
     if lines.len() + rest.len() < room {
         lines.push(String::new());
     }
@@ -237,23 +242,23 @@ fn plan_of(facts: &ViewFacts, columns: usize, lines: usize) -> Vec<String> {
     plan::plan(&facts.outline, &facts.trail, tool, columns, lines)
 }
 
-fn position(value: Option<f64>) -> String {
-    match value {
-        Some(mm) if mm.abs() < 99_999.0 => format!("{:>9}", format!("{:.3}", mm + 0.0)),
+fn position(facts: &ViewFacts, axis: fn(Mm2) -> f64) -> String {
+    match facts.position_mm.map(axis) {
+        Some(mm) if mm.abs() < 99_999.0 => format!("{:>9}", facts.unit.figure(mm)),
         _ => format!("{:>9}", "---"),
     }
 }
 
-fn distance(value: Option<f64>) -> String {
-    match value {
-        Some(mm) if (0.0..99_999.0).contains(&mm) => format!("{mm:.3}"),
+fn distance(facts: &ViewFacts) -> String {
+    match facts.wall_mm {
+        Some(mm) if (0.0..99_999.0).contains(&mm) => facts.unit.figure(mm),
         _ => "---".into(),
     }
 }
 
 fn speed(facts: &ViewFacts) -> String {
     match facts.speed_mm_s {
-        Some(speed) if speed.is_finite() => format!("moving {speed:.1} mm/s"),
+        Some(speed) if speed.is_finite() => format!("moving {}", facts.unit.speed(speed)),
         _ => "moving ---".into(),
     }
 }

@@ -161,12 +161,9 @@ impl<'a> Flattener<'a> {
         let taken = self.drawing.curves.len() - before;
         if taken == 0 {
             self.leave_out(format!("{kind} without size"));
-        } else {
-            self.unseen.look(&entity.shape, entity.normal, &context.placement);
-            if self.file.is_unplotted(name) && self.filter.layers.is_empty() {
-                self.unseen.unplotted(name, taken);
-            }
         }
+        let unplotted = self.file.is_unplotted(name) && self.filter.layers.is_empty();
+        self.unseen.look(entity, &context.placement, (taken, unplotted.then_some(name)));
         if let Some(count) = self.drawing.layers.get_mut(name) {
             *count += taken;
         }

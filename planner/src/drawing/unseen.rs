@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::entity::{Shape, Vec3};
+use super::entity::{Entity, Shape, Vec3};
 use super::placement::{Placement, unit};
 use crate::contour::short;
 
@@ -26,9 +26,21 @@ pub struct Unseen {
 }
 
 impl Unseen {
-    /// Looks at an entity that is taken.
-    pub fn look(&mut self, shape: &Shape, normal: Vec3, placement: &Placement) {
-        match shape {
+    /// Looks at an entity of which `curves` curves are taken, and its layer if that is not plotted.
+    pub fn look(
+        &mut self,
+        entity: &Entity,
+        placement: &Placement,
+        (curves, unplotted): (usize, Option<&Arc<str>>),
+    ) {
+        if curves == 0 {
+            return;
+        }
+        if let Some(layer) = unplotted {
+            *self.unplotted.entry(layer.clone()).or_default() += curves;
+        }
+        let normal = entity.normal;
+        match &entity.shape {
             Shape::Line { from, to } => self.slope(placement, [*from, *to].into_iter()),
             Shape::Spline(spline) => {
                 self.slope(placement, spline.control.iter().chain(&spline.fit).copied());
@@ -50,11 +62,6 @@ impl Unseen {
             }
             Shape::Insert(_) | Shape::Other(_) => {}
         }
-    }
-
-    /// Counts curves on a layer that is not plotted.
-    pub fn unplotted(&mut self, layer: &Arc<str>, curves: usize) {
-        *self.unplotted.entry(layer.clone()).or_default() += curves;
     }
 
     fn slope(&mut self, placement: &Placement, points: impl Iterator<Item = Vec3>) {

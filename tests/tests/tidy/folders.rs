@@ -9,10 +9,6 @@ const WITH_ONE_FILE: &Exceptions = &[
     (".cargo", "Cargo looks for its files there"),
     (".ci", "CI looks for its script there"),
     ("executor/cli/drawings", "the drawings that the program contains"),
-    (
-        "executor/cli/tests/support",
-        "a module that two test programs share; a file beside them would be a third",
-    ),
     ("executor/src/dialect/venus", "owed: results of the fault catalogue hold for the path of venus.rs"),
     ("fuzz/seeds", "the seeds of each fuzz target"),
     ("tests/fuzz", "the inputs at which each fuzz target once failed"),

@@ -7,6 +7,7 @@ fn facts() -> ViewFacts {
         headline: Headline::AtTheWall,
         position_mm: Some(Mm2::new(-3.2204, 41.5)),
         wall_mm: Some(0.0124),
+        unit: ShownUnit::Mm,
         speed_mm_s: Some(12.34),
         tool_radius_mm: 3.0,
         outline: Arc::new(ScreenOutline::new(&[part.to_vec(), hole.to_vec()])),
@@ -41,6 +42,16 @@ fn small_view_matches_its_snapshot() {
     let view = draw(&facts(), 40, 12).join("\n");
     let expected = include_str!("small.txt");
     assert_eq!(view.trim_end(), expected.trim_end(), "\n{view}");
+}
+
+#[test]
+fn inches_are_shown_and_named() {
+    let facts = ViewFacts { unit: ShownUnit::Inch, ..facts() };
+    let small = draw(&facts, 40, 12).join("\n");
+    assert!(small.contains("X   -0.1268") && small.contains("Y    1.6339"), "{small}");
+    assert!(small.contains("wall   0.0005 in") && small.contains("moving 29.1 in/min"), "{small}");
+    assert!(draw(&facts, 80, 24).join("\n").contains("lengths in inches"));
+    check(&facts, 80, 24);
 }
 
 #[test]
@@ -85,6 +96,7 @@ fn view_fits_every_size_with_any_facts() {
         headline: Headline::stopped(&"a long reason \u{1b}[2J 漢字 ".repeat(40)),
         position_mm: Some(Mm2::new(f64::NAN, f64::INFINITY)),
         wall_mm: Some(-1.0),
+        unit: ShownUnit::Inch,
         speed_mm_s: Some(f64::NAN),
         tool_radius_mm: f64::INFINITY,
         outline: Arc::new(ScreenOutline::default()),
