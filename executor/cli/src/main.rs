@@ -29,6 +29,7 @@ mod shown_unit;
 mod simulate;
 mod store;
 mod take;
+mod touch_places;
 mod values;
 mod view;
 

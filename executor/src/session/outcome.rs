@@ -193,13 +193,15 @@ impl fmt::Display for ContourTally {
 }
 
 impl JobOutcome {
-    /// The outcome of a session that its operator ended.
+    /// The outcome of a session that its operator ended. After a fault that was not recovered, it is the fault.
     #[must_use]
     pub fn by_operator(supervisor: &Supervisor) -> Self {
         let tally = ContourTally::of(supervisor);
         let in_contour = supervisor.is_interrupted() || !supervisor.progress().partial.is_empty();
         let none_new = supervisor.finished().len() == supervisor.finished_before();
-        let ending = if tally.left.is_empty() {
+        let ending = if let Some(fault) = supervisor.unrecovered() {
+            Ending::Fault(fault.to_string())
+        } else if tally.left.is_empty() {
             Ending::Complete
         } else if in_contour || none_new {
             Ending::Stopped

@@ -87,6 +87,8 @@ pub struct Supervisor {
     start_step_at: Time,
     /// Whether the machine is homed before the tool is located.
     homes: bool,
+    /// The fault in which the operator ended the session.
+    unrecovered: Option<Fault>,
 }
 
 /// The operator's side: the jog input, the armed cycle, and jogs that the controller rejected.
@@ -137,6 +139,7 @@ impl Supervisor {
             counts: Counts::default(),
             position: None,
             mode: None,
+            unrecovered: None,
             start_step_at: Time::ZERO,
             options,
         }
@@ -205,6 +208,12 @@ impl Supervisor {
     #[must_use]
     pub fn fault(&self) -> Option<&Fault> {
         if let State::Faulted { fault, .. } = &self.state { Some(fault) } else { None }
+    }
+
+    /// The fault from which the operator did not recover before the end of the session.
+    #[must_use]
+    pub fn unrecovered(&self) -> Option<&Fault> {
+        self.unrecovered.as_ref()
     }
 
     /// The plan and its part.

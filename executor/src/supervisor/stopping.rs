@@ -12,6 +12,7 @@ impl Supervisor {
             Phase::Stopping | Phase::Done => None,
             Phase::Faulted | Phase::Starting => {
                 let stop = self.stops_homing();
+                self.unrecovered = self.fault().copied();
                 self.state = State::Done;
                 stop
             }

@@ -128,3 +128,17 @@ fn copy_but(from: &Path, to: &Path, kept: &BTreeSet<PathBuf>) -> io::Result<()> 
 fn write_changed(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if fs::read(path).is_ok_and(|there| there == bytes) { Ok(()) } else { fs::write(path, bytes) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::catalogue;
+    use super::*;
+
+    /// A change of the code moves the places of faults. This test says so at once, and not hours later.
+    #[test]
+    fn every_fault_has_its_place_once() {
+        for fault in catalogue().expect("the catalogue is read") {
+            seeded_files(&[fault]).expect("its place is there once");
+        }
+    }
+}

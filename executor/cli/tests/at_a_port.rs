@@ -1,0 +1,191 @@
+//! Tests of sessions at a port: nothing moves unasked, and a part is touched off by keys alone.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
+
+mod support;
+#[path = "support/terminal.rs"]
+mod terminal_of_test;
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use keepout_planner::align::file::AlignmentFile;
+use support::{bracket, code, complaint, folder, keepout};
+use terminal_of_test::Terminal;
+
+/// A simulated machine that ends with its test.
+struct Machine(Child);
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Machine {
+    fn start(port: &str) -> Self {
+        Self::with(port, &[])
+    }
+
+    /// A machine that keeps the received bytes in a file.
+    fn receiving(port: &str, received: &Path) -> Self {
+        Self::with(port, &["--received", &received.display().to_string()])
+    }
+
+    fn with(port: &str, more: &[&str]) -> Self {
+        let simulate = ["simulate", "--link", port, "--homed", "--start-mm", "-236.5,-203"];
+        let simulate = [&simulate[..], more].concat();
+        let child = Command::new(env!("CARGO_BIN_EXE_keepout")).args(simulate).stdout(Stdio::null()).spawn();
+        let begun = Instant::now();
+        while !Path::new(port).exists() {
+            assert!(begun.elapsed() < Duration::from_secs(60), "the simulated machine does not start");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Self(child.unwrap())
+    }
+}
+
+/// A job for a stored machine at this port, with its plan.
+fn job_at(folder: &Path, port: &str) -> String {
+    let stored = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_keepout"));
+        let output = command.args(arguments).env("KEEPOUT_CONFIG", folder).output().unwrap();
+        assert_eq!(code(&output), 0, "{}", complaint(&output));
+    };
+    let figures = ["--repeatability-mm", "0.01", "--contour-error-mm", "0.05", "--operator", "keyboard"];
+    stored(&[&["machine", "new", "practice", "--port", port], &figures[..]].concat());
+    let job = folder.join("job").display().to_string();
+    stored(&["new", &bracket(), "--machine", "practice", "-o", &job]);
+    stored(&["plan", &job]);
+    job
+}
+
+#[test]
+fn three_places_are_taken_by_keys_and_no_figure_is_typed() {
+    let folder = folder("touch-off");
+    let port = folder.join("port").display().to_string();
+    let _machine = Machine::start(&port);
+    let job = job_at(&folder, &port);
+    let config = folder.display().to_string();
+    let align = ["align", &job, "--homed", "--take", "edges"];
+    let mut terminal = Terminal::run(&align, Some(&config));
+    let press = |terminal: &mut Terminal, key: &[u8], count: u32| {
+        let every = Duration::from_millis(60);
+        for _ in 0..count {
+            terminal.type_for(every, key, Duration::from_secs(60));
+        }
+        // The tool comes to rest.
+        terminal.type_for(Duration::from_secs(2), b"", Duration::from_secs(60));
+    };
+    terminal.wait_for("nothing is protected yet");
+    terminal.wait_for("place 1 of 3: touch the long edge near (13.500, 0.000) mm");
+    press(&mut terminal, b"t", 1);
+    terminal.wait_for("taken 1 of 3: machine position (-236.500, -203.000) mm");
+    // Steps of 1 mm.
+    press(&mut terminal, b"s", 1);
+    press(&mut terminal, b"4", 1);
+    terminal.wait_for("step 1 mm");
+    press(&mut terminal, b"\x1b[C", 60);
+    press(&mut terminal, b"\x1b[A", 1);
+    press(&mut terminal, b"t", 1);
+    terminal.wait_for("taken 2 of 3: machine position (-176.500, -202.000) mm");
+    press(&mut terminal, b"\x1b[A", 40);
+    press(&mut terminal, b"\x1b[D", 40);
+    press(&mut terminal, b"t", 1);
+    terminal.wait_for("rotation");
+    terminal.type_for(Duration::from_secs(20), b"", Duration::from_secs(60));
+    assert_eq!(terminal.end(), Some(0), "{}", String::from_utf8_lossy(&terminal.shown));
+    // The edge rises by 1 mm over 60 mm.
+    let found = AlignmentFile::load(&Path::new(&job).join("alignment.toml")).unwrap();
+    assert!((found.rotation_deg - (1.0_f64 / 60.0).atan().to_degrees()).abs() < 1e-6, "{found:?}");
+    assert!(found.rotation_measured && found.touches == 3, "{found:?}");
+}
+
+#[test]
+fn quitting_writes_no_alignment() {
+    let folder = folder("touch-off-quit");
+    let port = folder.join("port").display().to_string();
+    let _machine = Machine::start(&port);
+    let job = job_at(&folder, &port);
+    let config = folder.display().to_string();
+    let mut terminal = Terminal::run(&["align", &job, "--homed"], Some(&config));
+    terminal.wait_for("place 1 of 3");
+    terminal.type_for(Duration::from_secs(20), b"q", Duration::from_secs(1));
+    assert_eq!(terminal.end(), Some(2));
+    assert!(String::from_utf8_lossy(&terminal.shown).contains("no alignment was written"));
+    assert!(!Path::new(&job).join("alignment.toml").exists());
+}
+
+/// A plan for the simulated machine.
+fn planned(folder: &Path) -> String {
+    let plan = folder.join("bracket.plan").display().to_string();
+    let made = keepout(&["plan", &bracket(), "--tool-diameter", "6", "-o", &plan]);
+    assert_eq!(code(&made), 0, "{}", complaint(&made));
+    plan
+}
+
+#[test]
+fn port_has_no_default_operator_and_no_model_moves_it() {
+    let folder = folder("nobody");
+    let plan = planned(&folder);
+    let port = folder.join("port").display().to_string();
+    let received = folder.join("received");
+    let _machine = Machine::receiving(&port, &received);
+    let run = ["run", &plan, "--port", &port, "--origin-mm", "-250,-200", "--homed"];
+    for (more, said) in [
+        (&[][..], "a run at a port needs an operator"),
+        (&["--operator", "calm"], "is not a person"),
+        (&["--operator", "keyboard"], "the plan's margin and travel are of the"),
+        (&["--operator", "keyboard", "--simulate"], "a person confirms this page"),
+    ] {
+        let output = keepout(&[&run[..], more].concat());
+        assert!(code(&output) == 2 && complaint(&output).contains(said), "{more:?}: {}", complaint(&output));
+    }
+    assert_eq!(std::fs::read(&received).unwrap_or_default(), b"", "no byte was sent");
+}
+
+#[test]
+fn page_before_the_first_motion_tells_what_will_be_cut_and_waits() {
+    let folder = folder("page");
+    let port = folder.join("port").display().to_string();
+    let received = folder.join("received");
+    let _machine = Machine::receiving(&port, &received);
+    let job = job_at(&folder, &port);
+    std::fs::write(&received, b"").unwrap();
+    let config = folder.display().to_string();
+    for (unit, tool) in [("mm", "Ø 6 mm"), ("inch", "Ø 0.2362 in")] {
+        let run = ["run", &job, "--homed", "--origin-mm", "-250,-200", "--display", unit];
+        let mut terminal = Terminal::run(&run, Some(&config));
+        terminal.wait_for("Type y and press Enter to start");
+        let shown = String::from_utf8_lossy(&terminal.shown).into_owned();
+        for line in ["operator", "stock to leave", "feed", "drawing's origin", "alignment", tool] {
+            assert!(shown.contains(line), "{line}: {shown}");
+        }
+        assert!(shown.contains("3 hole Ø 8.000") && shown.contains("will be cut"), "{shown}");
+        terminal.type_for(Duration::from_secs(10), b"n\n", Duration::from_secs(60));
+        assert_eq!(terminal.end(), Some(2));
+        assert!(String::from_utf8_lossy(&terminal.shown).contains("not confirmed: nothing was moved"));
+    }
+    assert_eq!(std::fs::read(&received).unwrap(), b"", "no byte was sent");
+}
+
+#[test]
+fn lost_machine_is_a_fault_with_its_remedy_without_the_view() {
+    let folder = folder("lost");
+    let plan = planned(&folder);
+    let port = folder.join("port").display().to_string();
+    let mut machine = Machine::start(&port);
+    let run = ["run", &plan, "--port", &port, "--origin-mm", "-250,-200", "--homed", "--simulate", "--yes"];
+    let run = [&run[..], &["--operator", "keyboard", "--answer-within-s", "1"]].concat();
+    let config = folder.display().to_string();
+    let mut terminal = Terminal::run(&run, Some(&config));
+    terminal.wait_for("jogging");
+    machine.0.kill().unwrap();
+    terminal.wait_for("STOPPED:");
+    terminal.type_for(Duration::from_secs(20), b"q", Duration::from_secs(1));
+    let shown = String::from_utf8_lossy(&terminal.shown).into_owned();
+    assert_eq!(terminal.end(), Some(6), "{shown}");
+    assert!(shown.contains("stopped by a fault: the port was lost") && shown.contains("Check"), "{shown}");
+}
