@@ -4,7 +4,8 @@ use keepout_kernel::exact::segment::Window;
 use thiserror::Error;
 
 use crate::drawing::{
-    CURVE_MM, Chained, Drawing, DrawingError, DxfFile, EntityFilter, JOIN_MM, Repair, chain, curves_of, read,
+    CURVE_MM, Chained, Drawing, DrawingError, DxfFile, EntityFilter, JOIN_MM, NO_END, Repair, chain,
+    curves_of, read,
 };
 use crate::machine::MachineProfile;
 use crate::plan::{CertifiedPlan, Plan, PlanError, PlanGeometry, PlanParameters, Provenance, Remark};
@@ -140,10 +141,14 @@ impl PlanRequest {
         (layers, what): (&[String], &str),
         remarks: &mut Vec<Remark>,
     ) -> Result<Profile, DrawingError> {
-        let choice = EntityFilter { layers: layers.to_vec(), ..self.choice.clone() };
+        // A layer that is named twice is protected.
+        let choice = EntityFilter { layers: layers.to_vec(), without: Vec::new(), ..self.choice.clone() };
         let drawing = curves_of(file, &choice)?;
         let chained = chain(&drawing, self.join_mm, self.curve_mm)?.closed()?;
         remarks.extend(chained.repairs.iter().map(repaired).map(|remark| of(what, remark)));
+        // The part has the remark on the whole file.
+        let own = drawing.remarks.into_iter().filter(|text| text != NO_END);
+        remarks.extend(own.map(|text| of(what, text.into())));
         Ok(chained.profile)
     }
 

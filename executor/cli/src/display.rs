@@ -84,7 +84,8 @@ impl Display {
             .guard()
             .contour_progress()
             .map_or(String::new(), |(sent, all)| format!("  motion {sent}/{all}"));
-        let closest = closest_mm.map_or(String::new(), |mm| format!("  closest {mm:.4} mm"));
+        let closest = closest_mm
+            .map_or(String::new(), |mm| format!("  closest {} {}", self.unit.figure(mm), self.unit.symbol()));
         let armed = if supervisor.is_armed() { "  ARMED: a touch starts the contour" } else { "" };
         self.bar.set_message(format!(
             "{:7.1} s  {}  {position}{progress}{closest}{armed}  {}",

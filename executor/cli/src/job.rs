@@ -12,6 +12,7 @@ use keepout_planner::text_file;
 use serde::Deserialize;
 
 use super::arguments::{CutArgument, SideArgument, StrokeArgument};
+use super::run_arguments::JobReport;
 use super::shown_unit::ShownUnit;
 use super::store::{SIMULATED, StoredMachine, StoredTool};
 use super::values::{length, pass};
@@ -232,8 +233,10 @@ impl JobFolder {
             display: given.display.or(self.file.display),
             feed_mm_min: given.feed_mm_min.or(self.file.feed_mm_min),
             log: Some(given.log.clone().unwrap_or(log)),
-            report: given.report.clone().or_else(|| (!given.dry_run).then(|| self.path("report.html"))),
-            title: Some(self.file.title.rows()),
+            job_page: Some(JobReport {
+                path: (!given.dry_run).then(|| self.path("report.html")),
+                title: self.file.title.rows(),
+            }),
             ..given.clone()
         })
     }

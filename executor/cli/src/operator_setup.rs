@@ -139,7 +139,7 @@ fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operat
     Ok(Box::new(Endable::new(operator, end)))
 }
 
-/// Ends the session at Ctrl-C, or when the window closes. At the second event the program ends at once.
+/// Ends the session at Ctrl-C. At the second the program ends at once. Windows ends it when its window closes.
 #[cfg(not(unix))]
 fn ended_by_signals(operator: Box<dyn Operator + Send>) -> Result<Box<dyn Operator + Send>, CliError> {
     let end = Arc::new(AtomicBool::new(false));

@@ -89,14 +89,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     let keeps_log = arguments.port.is_some() || arguments.report.is_some();
     let log = arguments.log.clone().or_else(|| keeps_log.then(|| default_log(&arguments.plan, &began)));
     check_output(log.as_deref(), None)?;
-    let outputs = Outputs {
-        report: arguments.report.clone(),
-        picture: arguments.picture.clone(),
-        log,
-        title: arguments.title.clone().unwrap_or_default(),
-        names_log: arguments.log.is_none(),
-        keeps_earlier: arguments.title.is_some() && arguments.resume.is_none(),
-    };
+    let outputs = Outputs::of(arguments, log);
     refuse_incomplete(arguments)?;
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
     let work = PreparedPlan::new(plan);
@@ -211,10 +204,27 @@ struct Outputs {
     log: Option<PathBuf>,
     /// Whether the program chose the log's name.
     names_log: bool,
-    /// Whether an earlier report stays under another name: the run begins a new part of a job.
+    /// The report of the job.
+    job_page: Option<PathBuf>,
+    /// Whether an earlier report of the job stays under another name: the run begins a new part.
     keeps_earlier: bool,
     /// Rows of the report's title block.
     title: Vec<(String, String)>,
+}
+
+impl Outputs {
+    fn of(arguments: &RunArguments, log: Option<PathBuf>) -> Self {
+        let page = arguments.job_page.as_ref();
+        Self {
+            report: arguments.report.clone(),
+            picture: arguments.picture.clone(),
+            log,
+            names_log: arguments.log.is_none(),
+            job_page: page.and_then(|page| page.path.clone()),
+            keeps_earlier: arguments.resume.is_none(),
+            title: page.map_or(Vec::new(), |page| page.title.clone()),
+        }
+    }
 }
 
 /// The dialect of the arguments.
@@ -359,11 +369,11 @@ fn finish(
         write(path, picture.as_bytes())?;
         println!("{:<36} {}", "picture", path.display());
     }
-    if let Some(path) = &outputs.report {
+    if let Some(page) = outputs.job_page.as_ref().filter(|_| outputs.keeps_earlier) {
+        keep_earlier(page)?;
+    }
+    for path in [&outputs.report, &outputs.job_page].into_iter().flatten() {
         let log = outputs.log.as_deref().unwrap_or(path);
-        if outputs.keeps_earlier {
-            keep_earlier(path)?;
-        }
         super::report::of_log(log, work.clone(), path, &outputs.title)?;
     }
     if let Some(log) = outputs.log.as_ref().filter(|_| outputs.names_log) {

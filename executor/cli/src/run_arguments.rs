@@ -19,13 +19,22 @@ pub(crate) enum MachineArgument {
     SimFast,
 }
 
+/// The report of a job, in its folder.
+#[derive(Clone, Debug)]
+pub(crate) struct JobReport {
+    /// Its place. `None` for a dry run.
+    pub(crate) path: Option<PathBuf>,
+    /// Rows of its title block.
+    pub(crate) title: Vec<(String, String)>,
+}
+
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArguments {
     /// The plan, or the folder of a job.
     pub(crate) plan: PathBuf,
-    /// Rows of the report's title block, in a job.
+    /// The job's own report.
     #[arg(skip)]
-    pub(crate) title: Option<Vec<(String, String)>>,
+    pub(crate) job_page: Option<JobReport>,
     #[command(flatten)]
     pub(crate) time: CertifyTime,
     /// Feed drives of the simulated machine: a profile of `drives budget`, or `none`. With `none` the tool

@@ -31,10 +31,16 @@ impl ShownUnit {
     /// A coordinate or distance with a fixed number of decimals, without the symbol.
     pub fn figure(self, mm: f64) -> String {
         // Adding zero turns -0 into 0.
+        let rounded = |value: f64, share: f64| (value * share).round() / share + 0.0;
         match self {
-            Self::Mm => format!("{:.3}", mm + 0.0),
-            Self::Inch => format!("{:.4}", mm / INCH_MM + 0.0),
+            Self::Mm => format!("{:.3}", rounded(mm, 1e3)),
+            Self::Inch => format!("{:.4}", rounded(mm / INCH_MM, 1e4)),
         }
+    }
+
+    /// A place, such as `(13.500, 0.000) mm`.
+    pub fn place(self, Mm2 { x, y }: Mm2) -> String {
+        format!("({}, {}) {}", self.figure(x), self.figure(y), self.symbol())
     }
 
     /// A length without trailing zeros, and the symbol.
@@ -85,7 +91,7 @@ mod tests {
             assert_eq!(unit.length(6.35), length);
             assert_eq!(unit.size(Mm2::new(90.0, 70.0)), size);
             assert_eq!((unit.speed(10.0), unit.feed(900)), (speed.into(), feed.into()));
-            assert!(!unit.figure(-0.0).starts_with('-'));
+            assert!(!unit.figure(-0.0).starts_with('-') && !unit.figure(-1e-5).starts_with('-'));
         }
     }
 }

@@ -26,14 +26,14 @@ use super::CliError;
 use super::shown_unit::ShownUnit;
 use super::store::StoredMachine;
 pub use super::touch_places::TakeMethod;
-use super::touch_places::{Place, TOUCHES, places};
+use super::touch_places::{TOUCHES, TouchPlace, places};
 use crate::input::Keyboard;
 
 /// Fastest jog while the place of the part is unknown, mm/s.
 const SPEED_MM_S: f64 = 10.0;
-/// Place of the session's square, beyond every travel, mm.
+/// TouchPlace of the session's square, beyond every travel, mm.
 const BEYOND_MM: f64 = 5200.0;
-/// Longest time from the take key until the tool rests at a known position.
+/// Longest time from the take key until the rest of the tool is confirmed.
 const SETTLES_WITHIN: Duration = Duration::from_millis(500);
 /// Time between two lines with the position.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
@@ -120,7 +120,7 @@ fn nothing_to_protect(machine: &MachineProfile) -> Result<PreparedPlan, CliError
 
 /// The machine coordinates of the places, as the operator takes them.
 fn jogged(
-    places: &[Place],
+    places: &[TouchPlace],
     machine: &StoredMachine,
     home: bool,
     unit: ShownUnit,
@@ -175,14 +175,14 @@ fn jogged(
 
 /// The places that are taken, and what the operator sees.
 struct Taking<'a> {
-    places: &'a [Place],
+    places: &'a [TouchPlace],
     unit: ShownUnit,
     panel: Panel,
     taken: Vec<Mm2>,
     /// Number of take keys that were read.
     seen: usize,
-    /// Time of a take key whose place is not taken yet.
-    asked: Option<Time>,
+    /// A place that is not taken yet, because its rest is not confirmed, and the time of its key.
+    asked: Option<(Mm2, Time)>,
     told: Option<usize>,
     /// The last line with the position, and its time.
     shown: (String, Time),
@@ -196,8 +196,9 @@ impl Taking<'_> {
         if rests && self.told != Some(count) {
             self.told = Some(count);
             if let Some(place) = self.places.get(count) {
+                let at = self.unit.place(place.drawing_mm);
                 self.line(&format!(
-                    "place {} of {}: {}. Press t there.",
+                    "place {} of {}: {} {at}. Press t there.",
                     count + 1,
                     self.places.len(),
                     place.words
@@ -208,28 +209,20 @@ impl Taking<'_> {
         self.show(position, now);
         if self.panel.taken() > self.seen {
             self.seen = self.panel.taken();
-            self.asked = Some(now);
+            match position.filter(|_| ready) {
+                Some(at) => self.asked = Some((at, now)),
+                None => self.line("not taken: the session is not ready. Press t when it is."),
+            }
         }
-        if let Some(asked) = self.asked {
-            match position.filter(|_| rests) {
-                Some(at) => {
-                    self.asked = None;
-                    self.taken.push(at);
-                    self.line(&format!(
-                        "taken {} of {}: machine position {at}",
-                        count + 1,
-                        self.places.len()
-                    ));
-                }
-                None if now.since(asked) < SETTLES_WITHIN => {}
-                None => {
-                    self.asked = None;
-                    self.line(if ready {
-                        "not taken: the machine moves. Let it come to rest, and press t again."
-                    } else {
-                        "not taken: the session is not ready. Press t when it is."
-                    });
-                }
+        if let Some((at, asked)) = self.asked {
+            if position != Some(at) || now.since(asked) >= SETTLES_WITHIN {
+                self.asked = None;
+                self.line("not taken: the machine moves. Let it come to rest, and press t again.");
+            } else if rests {
+                self.asked = None;
+                self.taken.push(at);
+                let place = self.unit.place(at);
+                self.line(&format!("taken {} of {}: machine position {place}", count + 1, self.places.len()));
             }
         }
         if self.taken.len() == self.places.len() { Going::Halt } else { Going::On }

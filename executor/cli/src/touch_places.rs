@@ -24,17 +24,23 @@ pub enum TakeMethod {
 const ACROSS_DEG: f64 = 30.0;
 /// Least angle between two curves at a corner, degrees.
 const CORNER_DEG: f64 = 15.0;
+/// Least distance between two places that give the rotation, mm.
+const APART_MM: f64 = 1.0;
 /// Touches of a hole's wall.
 pub const TOUCHES: usize = 3;
 /// A place to touch.
-pub struct Place {
-    /// Text for the operator.
-    pub words: String,
+pub struct TouchPlace {
+    /// Text for the operator. The place follows.
+    pub words: &'static str,
     pub drawing_mm: Mm2,
 }
 
 /// The places of the drawing for a method.
-pub fn places(method: TakeMethod, profile: &Profile, side: MachinedSide) -> Result<Vec<Place>, CliError> {
+pub fn places(
+    method: TakeMethod,
+    profile: &Profile,
+    side: MachinedSide,
+) -> Result<Vec<TouchPlace>, CliError> {
     match method {
         TakeMethod::Edges => edges(profile),
         TakeMethod::Points => corners(profile),
@@ -42,7 +48,7 @@ pub fn places(method: TakeMethod, profile: &Profile, side: MachinedSide) -> Resu
     }
 }
 
-fn edges(profile: &Profile) -> Result<Vec<Place>, CliError> {
+fn edges(profile: &Profile) -> Result<Vec<TouchPlace>, CliError> {
     let curves = profile.loops.iter().flat_map(|each| &each.edges).map(|edge| edge.curve);
     let mut lines: Vec<(Mm2, Mm2)> = curves
         .filter_map(|curve| match curve {
@@ -61,29 +67,25 @@ fn edges(profile: &Profile) -> Result<Vec<Place>, CliError> {
     let across =
         |line: &&(Mm2, Mm2)| along.cross(line.0.direction_to(line.1)).abs() >= ACROSS_DEG.to_radians().sin();
     let &(c, d) = lines.iter().find(across).ok_or_else(none)?;
-    let place =
-        |words: &str, drawing_mm: Mm2| Place { words: format!("{words} near {drawing_mm}"), drawing_mm };
+    let place = |words, drawing_mm| TouchPlace { words, drawing_mm };
     Ok(vec![
-        place("touch the long edge", a + (b - a) * 0.15),
-        place("touch the same edge", a + (b - a) * 0.85),
-        place("touch the edge across it", c.midpoint(d)),
+        place("touch the long edge near", a + (b - a) * 0.15),
+        place("touch the same edge near", a + (b - a) * 0.85),
+        place("touch the edge across it near", c.midpoint(d)),
     ])
 }
 
-fn corners(profile: &Profile) -> Result<Vec<Place>, CliError> {
+fn corners(profile: &Profile) -> Result<Vec<TouchPlace>, CliError> {
     let ends: Vec<Mm2> = profile.loops.iter().flat_map(corners_of).collect();
     let farthest =
         |from: Mm2| ends.iter().copied().max_by(|a, b| a.distance(from).total_cmp(&b.distance(from)));
     let pair = ends.first().and_then(|&first| farthest(first)).and_then(|one| Some((one, farthest(one)?)));
-    let (one, other) = pair.ok_or_else(|| {
-        CliError::Argument(
-            "the drawing has no corner to bring the tool to: align by --take edges or --take hole".into(),
-        )
+    let (one, other) = pair.filter(|(one, other)| one.distance(*other) > APART_MM).ok_or_else(|| {
+        let reason =
+            "the drawing has no two corners to bring the tool to: align by --take edges or --take hole";
+        CliError::Argument(reason.into())
     })?;
-    let place = |drawing_mm: Mm2| Place {
-        words: format!("bring the tool's centre to the corner at {drawing_mm}"),
-        drawing_mm,
-    };
+    let place = |drawing_mm| TouchPlace { words: "bring the tool's centre to the corner at", drawing_mm };
     Ok(vec![place(one), place(other)])
 }
 
@@ -98,7 +100,7 @@ fn corners_of(each: &ProfileLoop) -> Vec<Mm2> {
     before.zip(&curves).filter(bends).map(|(_, curve)| point_mm(curve.from())).collect()
 }
 
-fn holes(profile: &Profile, side: MachinedSide) -> Result<Vec<Place>, CliError> {
+fn holes(profile: &Profile, side: MachinedSide) -> Result<Vec<TouchPlace>, CliError> {
     let round = |(number, each): (usize, &ProfileLoop)| {
         let name = ContourName::of(number + 1, each, 1, side.into(), 0.0);
         matches!(name.shape, ContourShape::Circle { .. }).then_some(name)
@@ -108,11 +110,11 @@ fn holes(profile: &Profile, side: MachinedSide) -> Result<Vec<Place>, CliError> 
         CliError::Argument("the drawing has no round hole: align by --take edges or --take points".into())
     })?;
     let off = |name: &&ContourName| name.middle_mm.distance(first.middle_mm);
-    let other = holes.iter().max_by(|a, b| off(a).total_cmp(&off(b))).filter(|other| off(other) > 1.0);
+    let other = holes.iter().max_by(|a, b| off(a).total_cmp(&off(b))).filter(|other| off(other) > APART_MM);
     let each = |name: &ContourName| {
         let drawing_mm = name.middle_mm;
-        let words = format!("touch the wall of the hole at {drawing_mm}, at three places far apart");
-        (0..TOUCHES).map(move |_| Place { words: words.clone(), drawing_mm }).collect::<Vec<_>>()
+        let words = "touch three places far apart on the wall of the hole at";
+        (0..TOUCHES).map(move |_| TouchPlace { words, drawing_mm }).collect::<Vec<_>>()
     };
     Ok([Some(first), other].into_iter().flatten().flat_map(each).collect())
 }

@@ -71,29 +71,34 @@ fn three_places_are_taken_by_keys_and_no_figure_is_typed() {
     let config = folder.display().to_string();
     let align = ["align", &job, "--homed", "--take", "edges"];
     let mut terminal = Terminal::run(&align, Some(&config));
-    let press = |terminal: &mut Terminal, key: &[u8], count: u32| {
-        let every = Duration::from_millis(60);
-        for _ in 0..count {
-            terminal.type_for(every, key, Duration::from_secs(60));
-        }
-        // The tool comes to rest.
-        terminal.type_for(Duration::from_secs(2), b"", Duration::from_secs(60));
+    let press = |terminal: &mut Terminal, key: &[u8]| {
+        terminal.type_for(Duration::from_millis(200), key, Duration::from_secs(60));
     };
     terminal.wait_for("nothing is protected yet");
     terminal.wait_for("place 1 of 3: touch the long edge near (13.500, 0.000) mm");
-    press(&mut terminal, b"t", 1);
+    press(&mut terminal, b"t");
     terminal.wait_for("taken 1 of 3: machine position (-236.500, -203.000) mm");
-    // Steps of 1 mm.
-    press(&mut terminal, b"s", 1);
-    press(&mut terminal, b"4", 1);
+    press(&mut terminal, b"s");
+    press(&mut terminal, b"4");
     terminal.wait_for("step 1 mm");
-    press(&mut terminal, b"\x1b[C", 60);
-    press(&mut terminal, b"\x1b[A", 1);
-    press(&mut terminal, b"t", 1);
+    let mut at = (-236.5, -203.0);
+    // Jogs in steps of 1 mm, and waits for each few.
+    let mut jog = |terminal: &mut Terminal, key: &[u8], count: u32, (dx, dy): (f64, f64)| {
+        for step in 1..=count {
+            terminal.type_for(Duration::from_millis(60), key, Duration::from_secs(60));
+            at = (at.0 + dx, at.1 + dy);
+            if step % 5 == 0 || step == count {
+                terminal.wait_for(&format!("x {:>9.3}  y {:>9.3} mm", at.0, at.1));
+            }
+        }
+    };
+    jog(&mut terminal, b"\x1b[C", 60, (1.0, 0.0));
+    jog(&mut terminal, b"\x1b[A", 1, (0.0, 1.0));
+    press(&mut terminal, b"t");
     terminal.wait_for("taken 2 of 3: machine position (-176.500, -202.000) mm");
-    press(&mut terminal, b"\x1b[A", 40);
-    press(&mut terminal, b"\x1b[D", 40);
-    press(&mut terminal, b"t", 1);
+    jog(&mut terminal, b"\x1b[A", 40, (0.0, 1.0));
+    jog(&mut terminal, b"\x1b[D", 40, (-1.0, 0.0));
+    press(&mut terminal, b"t");
     terminal.wait_for("rotation");
     terminal.type_for(Duration::from_secs(20), b"", Duration::from_secs(60));
     assert_eq!(terminal.end(), Some(0), "{}", String::from_utf8_lossy(&terminal.shown));
@@ -155,8 +160,11 @@ fn page_before_the_first_motion_tells_what_will_be_cut_and_waits() {
     let job = job_at(&folder, &port);
     std::fs::write(&received, b"").unwrap();
     let config = folder.display().to_string();
+    let file = Path::new(&job).join("job.toml");
+    let settings = std::fs::read_to_string(&file).unwrap();
     for (unit, tool) in [("mm", "Ø 6 mm"), ("inch", "Ø 0.2362 in")] {
-        let run = ["run", &job, "--homed", "--origin-mm", "-250,-200", "--display", unit];
+        std::fs::write(&file, format!("display = \"{unit}\"\n{settings}")).unwrap();
+        let run = ["run", &job, "--homed", "--origin-mm", "-250,-200"];
         let mut terminal = Terminal::run(&run, Some(&config));
         terminal.wait_for("Type y and press Enter to start");
         let shown = String::from_utf8_lossy(&terminal.shown).into_owned();
@@ -178,12 +186,14 @@ fn lost_machine_is_a_fault_with_its_remedy_without_the_view() {
     let port = folder.join("port").display().to_string();
     let mut machine = Machine::start(&port);
     let run = ["run", &plan, "--port", &port, "--origin-mm", "-250,-200", "--homed", "--simulate", "--yes"];
-    let run = [&run[..], &["--operator", "keyboard", "--answer-within-s", "1"]].concat();
+    let run = [&run[..], &["--operator", "keyboard"]].concat();
     let config = folder.display().to_string();
     let mut terminal = Terminal::run(&run, Some(&config));
     terminal.wait_for("jogging");
     machine.0.kill().unwrap();
     terminal.wait_for("STOPPED:");
+    // A recovery that does not succeed changes nothing.
+    terminal.type_for(Duration::from_secs(1), b"f", Duration::from_secs(60));
     terminal.type_for(Duration::from_secs(20), b"q", Duration::from_secs(1));
     let shown = String::from_utf8_lossy(&terminal.shown).into_owned();
     assert_eq!(terminal.end(), Some(6), "{shown}");

@@ -87,7 +87,7 @@ pub struct Supervisor {
     start_step_at: Time,
     /// Whether the machine is homed before the tool is located.
     homes: bool,
-    /// The fault in which the operator ended the session.
+    /// The fault from which the session has not recovered.
     unrecovered: Option<Fault>,
 }
 
@@ -210,7 +210,7 @@ impl Supervisor {
         if let State::Faulted { fault, .. } = &self.state { Some(fault) } else { None }
     }
 
-    /// The fault from which the operator did not recover before the end of the session.
+    /// The fault from which the session had not recovered at its end.
     #[must_use]
     pub fn unrecovered(&self) -> Option<&Fault> {
         self.unrecovered.as_ref()

@@ -95,6 +95,7 @@ impl Supervisor {
         self.guard.locate(at).map_err(|refusal| Fault::InsidePart { at, refusal })?;
         // Only here: a fault before this point may have left homing incomplete.
         self.homes = false;
+        self.unrecovered = None;
         self.state = if self.guard.is_inside_jogging_clearance() {
             self.note("the tool is inside the jogging clearance: only retract moves are possible".into());
             State::Escaping(JogPlanner::default())
@@ -115,6 +116,7 @@ impl Supervisor {
             return;
         }
         self.homes = homes;
+        self.unrecovered = Some(*fault);
         self.guard.forget();
         self.operation.rejected = 0;
         self.polling.restart(now);

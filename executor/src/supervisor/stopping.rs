@@ -12,7 +12,7 @@ impl Supervisor {
             Phase::Stopping | Phase::Done => None,
             Phase::Faulted | Phase::Starting => {
                 let stop = self.stops_homing();
-                self.unrecovered = self.fault().copied();
+                self.unrecovered = self.fault().copied().or(self.unrecovered);
                 self.state = State::Done;
                 stop
             }

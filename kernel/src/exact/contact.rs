@@ -92,8 +92,8 @@ struct Block {
     strip: OnceCell<Option<Strip>>,
 }
 
-/// A length within which the segment reaches the point, limited to the largest length. It exceeds the distance
-/// by at most two units where the point lies beside the segment, and is at most twice the distance elsewhere.
+/// A length within which the segment reaches the point, limited to the largest length: at most twice the distance,
+/// and a few units. The distance to the segment's line is mostly enough.
 fn reach(segment: Segment, point: Point) -> Length {
     let is_clear = |r: i64| Length::from_units(r).is_ok_and(|r| segment.near_point(point, r).is_clear());
     let limit = i64::from(COORD_MAX);
@@ -105,8 +105,8 @@ fn reach(segment: Segment, point: Point) -> Length {
     Length::from_units(reach).unwrap_or(Length::ZERO)
 }
 
-/// The distance from the segment's line to the point, rounded up by at most two units. Zero for a segment of
-/// length zero.
+/// The distance from the segment's line to the point, rounded up: the segment's length is rounded down to whole
+/// units, so a segment of a few units gives up to half as much again. Zero for a segment of length zero.
 fn line_distance(segment: Segment, point: Point) -> i64 {
     let (along, away) = (segment.to.minus(segment.from), point.minus(segment.from));
     let cross = Product::gap(Product::product(along.dx, away.dy), Product::product(along.dy, away.dx));

@@ -224,12 +224,11 @@ impl<'t, 'a> Fields<'t, 'a> {
         self.tags.iter().filter(|tag| tag.code == code).map(Tag::real).collect()
     }
 
-    /// The largest value of the groups of this code, at least `least`.
-    ///
-    /// # Errors
-    /// [`Damage::Number`].
-    pub fn largest(&self, code: i16, least: f64) -> Result<f64, Damage> {
-        Ok(self.reals(code)?.into_iter().fold(least, f64::max))
+    /// The largest value of the groups of this code, at least `least`. Damaged groups do not count.
+    #[must_use]
+    pub fn largest(&self, code: i16, least: f64) -> f64 {
+        let values = self.tags.iter().filter(|tag| tag.code == code).filter_map(|tag| tag.real().ok());
+        values.filter(|value| value.is_finite()).fold(least, f64::max)
     }
 
     /// A list of points; each begins with its x, which has this code.
@@ -327,7 +326,7 @@ fn light_polyline(fields: Fields<'_, '_>) -> Result<Polyline, Damage> {
         }
     }
     let closed = fields.integer(70, 0)? & 1 != 0;
-    let width = [40, 41, 43].into_iter().try_fold(0.0, |most, code| fields.largest(code, most))?;
+    let width = [40, 41, 43].into_iter().fold(0.0, |most, code| fields.largest(code, most));
     Ok(Polyline { vertices, closed, planar: true, width, kind: "LWPOLYLINE" })
 }
 
@@ -350,7 +349,7 @@ pub fn polyline(fields: Fields<'_, '_>, vertices: &[Vertex]) -> Result<Option<Po
         let [x, y, z] = vertex.at;
         if planar { ([x, y, elevation], vertex.bulge) } else { ([x, y, z], 0.0) }
     };
-    let width = [40, 41].into_iter().try_fold(0.0, |most, code| fields.largest(code, most))?;
+    let width = [40, 41].into_iter().fold(0.0, |most, code| fields.largest(code, most));
     Ok(Some(Polyline {
         vertices: kept.map(placed).collect(),
         closed: flags & 1 != 0,

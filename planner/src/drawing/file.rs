@@ -346,7 +346,7 @@ impl<'a> Reader<'a> {
             vertices.push(Vertex {
                 at: fields.point(10, [0.0; 3])?,
                 bulge: fields.real(42, 0.0)?,
-                width: fields.real(40, 0.0)?.max(fields.real(41, 0.0)?),
+                width: fields.largest(40, fields.largest(41, 0.0)),
                 flags: fields.integer(70, 0)?,
             });
         }

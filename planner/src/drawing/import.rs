@@ -25,6 +25,10 @@ static DRAWING: FileKind = FileKind {
 /// cut along them.
 const CONSTRUCTION: [&str; 8] = ["HIDDEN", "CENTER", "CENTRE", "PHANTOM", "DASH", "DIVIDE", "DOT", "ISO"];
 
+/// The remark on a file without its end.
+pub(crate) const NO_END: &str =
+    "the file has no end mark (EOF): if it was cut short, contours may be missing";
+
 /// Entity filter: the layers, entity types and line types to take, and their unit and placement.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EntityFilter {
@@ -143,9 +147,7 @@ pub(crate) fn curves_of(file: &DxfFile, filter: &EntityFilter) -> Result<Drawing
     let remarks = flattener.unseen.remarks();
     let mut drawing = Drawing { unit_source, unit_mm: scale * factor, remarks, ..flattener.drawing };
     if !file.ends_well {
-        drawing
-            .remarks
-            .push("the file has no end mark (EOF): if it was cut short, contours may be missing".into());
+        drawing.remarks.push(NO_END.into());
     }
     let known = |name: &String| drawing.layers.keys().any(|layer| same_name(layer, name));
     let present = || drawing.layers.keys().map(ToString::to_string).collect();

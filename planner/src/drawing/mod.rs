@@ -37,8 +37,8 @@ pub use error::DrawingError;
 pub(crate) use file::{DxfFile, read};
 pub use fit::CURVE_MM;
 pub use flatten::CURVES_MAX;
-pub(crate) use import::curves_of;
 pub use import::{EntityFilter, SCALES, SIZE_MAX, census, import, read_file};
+pub(crate) use import::{NO_END, curves_of};
 use keepout_kernel::ArcView;
 pub use repair::{Problem, Repair};
 

@@ -80,3 +80,18 @@ fn keep_out_layer_is_not_left_out() {
     assert_eq!((plan.zones.loops.len(), plan.provenance.left_out.len()), (1, 0));
     assert!(plan.provenance.remarks.is_empty(), "{:?}", plan.provenance.remarks);
 }
+
+/// A clamp on a layer that is also left out stays a clamp, and its width is remarked.
+#[test]
+fn keep_out_layer_is_protected_though_it_is_left_out_of_the_part() {
+    let mut request = PlanRequest { keep_out_layers: vec!["CLAMP".into()], ..order(3.0) };
+    request.choice.without = vec!["CLAMP".into()];
+    let corners = [(75.0, 5.0), (85.0, 5.0), (85.0, 15.0), (75.0, 15.0)];
+    let plan = plan_with(&plate().loop_on("CLAMP", "43\n2\n", &corners), &request).unwrap().plan;
+    assert_eq!(plan.zones.loops.len(), 1);
+    let remarks: Vec<&str> = plan.provenance.remarks.iter().map(|remark| remark.text.as_str()).collect();
+    assert!(
+        remarks.iter().any(|text| text.starts_with("keep-out zone: polylines with a width: 1")),
+        "{remarks:?}"
+    );
+}

@@ -39,6 +39,8 @@ pub struct Gamepad {
     last: Reading,
     /// Time of that reading.
     read_at: Instant,
+    /// A contour began, and the thread does not know it yet.
+    disarm: bool,
     /// A contour runs, and the operator could not stop it: the device is gone or silent.
     holds: bool,
     left: Arc<Mutex<Left>>,
@@ -101,6 +103,7 @@ impl Gamepad {
             interlock: EnablingInterlock::new(stick, panel.clone()),
             last: Reading::default(),
             read_at: began,
+            disarm: false,
             holds: false,
             left,
             stop,
@@ -162,8 +165,9 @@ impl Operator for Gamepad {
         self.last.turned_mm = Mm2::ZERO;
         // A contact start disarms the cycle: the next contour needs the button again.
         let started = matches!(view.phase, Phase::Touching | Phase::Contouring);
+        self.disarm |= started;
         if let Ok(mut left) = self.left.try_lock() {
-            if started {
+            if std::mem::take(&mut self.disarm) {
                 left.disarm |= left.reading.armed;
                 left.reading.armed = false;
             }
@@ -172,7 +176,7 @@ impl Operator for Gamepad {
             left.reading.turned_mm = Mm2::ZERO;
             left.taken = true;
         }
-        self.last.armed &= !started;
+        self.last.armed &= !started && !self.disarm;
         self.panel.set_status(&self.status());
         let input = self.interlock.input(&self.last, self.read_at.elapsed());
         self.holds = input.is_none() && view.phase == Phase::Contouring;
