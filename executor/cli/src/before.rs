@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use keepout_executor::session::TablePlacement;
 use keepout_planner::align::file::AlignmentFile;
@@ -12,6 +13,7 @@ use keepout_planner::text_file;
 use keepout_planner::units::mm;
 
 use super::plan::check_ending;
+use super::values::seconds;
 use super::{CliError, RunArguments};
 
 /// Who operates a run.
@@ -129,6 +131,13 @@ pub fn check_output(path: Option<&Path>, wanted: Option<&str>) -> Result<(), Cli
     Ok(())
 }
 
+/// The time limit. A run with a person has none by default.
+pub fn limit(given: Option<f64>, by_hand: bool) -> Result<Duration, CliError> {
+    const UNATTENDED_S: f64 = 3600.0;
+    const ATTENDED_S: f64 = 1e7;
+    seconds("--limit-s", given.unwrap_or(if by_hand { ATTENDED_S } else { UNATTENDED_S }))
+}
+
 /// The log of a run at a port without --log: beside the plan, with the date in its name.
 pub fn default_log(plan: &Path, began: &str) -> PathBuf {
     let stem = plan.file_stem().unwrap_or_default().to_string_lossy();
@@ -214,5 +223,18 @@ impl ConfirmPage<'_> {
             "y" | "Y" | "yes" => Ok(()),
             _ => Err(CliError::Argument("not confirmed: nothing was moved".into())),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_run_without_a_person_has_a_limit_of_its_own() {
+        assert!(limit(None, true).unwrap() > Duration::from_secs(100 * 3600));
+        assert_eq!(limit(None, false).unwrap(), Duration::from_secs(3600));
+        assert_eq!(limit(Some(60.0), true).unwrap(), Duration::from_secs(60));
+        assert!(limit(Some(-1.0), true).is_err());
     }
 }

@@ -26,7 +26,8 @@ use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 
 use super::align::placed;
 use super::before::{
-    ConfirmPage, OperatorName, check_output, default_log, refuse_incomplete, refuse_margin_of_simulation,
+    ConfirmPage, OperatorName, check_output, default_log, limit, refuse_incomplete,
+    refuse_margin_of_simulation,
 };
 use super::display::Display;
 use super::job::{JobFolder, keep_earlier};
@@ -125,13 +126,6 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
             )
         }
     }
-}
-
-/// The time limit. A run with a person has none by default.
-fn limit(given: Option<f64>, by_hand: bool) -> Result<Duration, CliError> {
-    const UNATTENDED_S: f64 = 3600.0;
-    const ATTENDED_S: f64 = 1e7;
-    seconds("--limit-s", given.unwrap_or(if by_hand { ATTENDED_S } else { UNATTENDED_S }))
 }
 
 /// Checks the longest answer time, 0.5 to 60 s.

@@ -197,5 +197,25 @@ fn lost_machine_is_a_fault_with_its_remedy_without_the_view() {
     terminal.type_for(Duration::from_secs(20), b"q", Duration::from_secs(1));
     let shown = String::from_utf8_lossy(&terminal.shown).into_owned();
     assert_eq!(terminal.end(), Some(6), "{shown}");
+    let ends_with_log = |entry: &std::fs::DirEntry| entry.path().extension().is_some_and(|end| end == "log");
+    let logs = std::fs::read_dir(&folder).unwrap().flatten().filter(ends_with_log).count();
+    assert_eq!(logs, 1, "a run at a port keeps its log");
     assert!(shown.contains("stopped by a fault: the port was lost") && shown.contains("Check"), "{shown}");
+}
+
+#[test]
+fn locked_machine_is_not_ready() {
+    let folder = folder("locked");
+    let port = folder.join("port").display().to_string();
+    let simulate = ["simulate", "--link", &port];
+    let child =
+        Command::new(env!("CARGO_BIN_EXE_keepout")).args(simulate).stdout(Stdio::null()).spawn().unwrap();
+    let _machine = Machine(child);
+    let begun = Instant::now();
+    while !Path::new(&port).exists() && begun.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let output = keepout(&["doctor", "--port", &port]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("locked") && !said.contains("A session can begin."), "{said}");
 }

@@ -149,6 +149,24 @@ fn tools_and_machines_have_names() {
 }
 
 #[test]
+fn no_output_is_lost_or_found_unwritable_after_the_run() {
+    let folder = folder("outputs");
+    let plan = folder.join("part.plan").display().to_string();
+    let make = |more: &[&str]| keepout(&[&["plan", &bracket(), "-o", &plan], more].concat());
+    assert_eq!(code(&make(&["--tool-diameter", "6"])), 0);
+    let before = fs::read(&plan).unwrap();
+    let other = make(&["--tool-diameter", "4"]);
+    assert!(code(&other) == 2 && complaint(&other).contains("--overwrite"), "{}", complaint(&other));
+    assert_eq!(fs::read(&plan).unwrap(), before);
+    let report = folder.join("no/such/report.html").display().to_string();
+    let log = folder.join("run.log");
+    let run =
+        ["run", &plan, "--machine", "sim-fast", "--report", &report, "--log", &log.display().to_string()];
+    let output = keepout(&run);
+    assert_eq!((code(&output), log.exists()), (7, false), "{}", complaint(&output));
+}
+
+#[test]
 fn other_files_are_named_with_one_remedy() {
     let folder = folder("types");
     let cases: [(&[u8], &str); 4] = [
