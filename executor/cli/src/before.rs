@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use keepout_executor::session::TablePlacement;
+use keepout_planner::Mm2;
 use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
@@ -162,8 +163,8 @@ impl ConfirmPage<'_> {
         let made = &plan.plan;
         let row = |name: &str, value: String| format!("  {name:<16} {value}");
         let (offset, unit) = (place.offset, arguments.display());
-        let (x, y) = (unit.figure(mm(offset.dx)), unit.figure(mm(offset.dy)));
-        let origin = format!("({x}, {y}) {} in machine coordinates", unit.symbol());
+        let origin = unit.place(Mm2::new(mm(offset.dx), mm(offset.dy)));
+        let origin = format!("{origin} in machine coordinates");
         let aligned = match &arguments.alignment {
             Some(path) => format!("by {}", path.display()),
             None => "stated by --origin-mm; the rotation is not measured".into(),

@@ -233,7 +233,7 @@ impl JobFolder {
             display: given.display.or(self.file.display),
             feed_mm_min: given.feed_mm_min.or(self.file.feed_mm_min),
             log: Some(given.log.clone().unwrap_or(log)),
-            job_page: Some(JobReport {
+            job_report: Some(JobReport {
                 path: (!given.dry_run).then(|| self.path("report.html")),
                 title: self.file.title.rows(),
             }),
@@ -242,7 +242,7 @@ impl JobFolder {
     }
 }
 
-/// Renames a file that is about to be written anew, so that no earlier one is lost: `part.plan` becomes
+/// Renames a file before another takes its place, so that no earlier one is lost: `part.plan` becomes
 /// `part.1.plan`.
 pub fn keep_earlier(path: &Path) -> Result<(), CliError> {
     if !path.exists() {

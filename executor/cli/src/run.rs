@@ -199,7 +199,7 @@ struct Outputs {
     /// Whether the program chose the log's name.
     names_log: bool,
     /// The report of the job.
-    job_page: Option<PathBuf>,
+    job_report: Option<PathBuf>,
     /// Whether an earlier report of the job stays under another name: the run begins a new part.
     keeps_earlier: bool,
     /// Rows of the report's title block.
@@ -208,13 +208,13 @@ struct Outputs {
 
 impl Outputs {
     fn of(arguments: &RunArguments, log: Option<PathBuf>) -> Self {
-        let page = arguments.job_page.as_ref();
+        let page = arguments.job_report.as_ref();
         Self {
             report: arguments.report.clone(),
             picture: arguments.picture.clone(),
             log,
             names_log: arguments.log.is_none(),
-            job_page: page.and_then(|page| page.path.clone()),
+            job_report: page.and_then(|page| page.path.clone()),
             keeps_earlier: arguments.resume.is_none(),
             title: page.map_or(Vec::new(), |page| page.title.clone()),
         }
@@ -363,10 +363,10 @@ fn finish(
         write(path, picture.as_bytes())?;
         println!("{:<36} {}", "picture", path.display());
     }
-    if let Some(page) = outputs.job_page.as_ref().filter(|_| outputs.keeps_earlier) {
+    if let Some(page) = outputs.job_report.as_ref().filter(|_| outputs.keeps_earlier) {
         keep_earlier(page)?;
     }
-    for path in [&outputs.report, &outputs.job_page].into_iter().flatten() {
+    for path in [&outputs.report, &outputs.job_report].into_iter().flatten() {
         let log = outputs.log.as_deref().unwrap_or(path);
         super::report::of_log(log, work.clone(), path, &outputs.title)?;
     }

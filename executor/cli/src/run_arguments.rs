@@ -34,7 +34,7 @@ pub(crate) struct RunArguments {
     pub(crate) plan: PathBuf,
     /// The job's own report.
     #[arg(skip)]
-    pub(crate) job_page: Option<JobReport>,
+    pub(crate) job_report: Option<JobReport>,
     #[command(flatten)]
     pub(crate) time: CertifyTime,
     /// Feed drives of the simulated machine: a profile of `drives budget`, or `none`. With `none` the tool

@@ -2,7 +2,6 @@
 
 use clap::ValueEnum;
 use keepout_planner::Mm2;
-use keepout_planner::contour::short;
 use serde::Deserialize;
 
 /// Millimetres of an inch.
@@ -45,19 +44,16 @@ impl ShownUnit {
 
     /// A length without trailing zeros, and the symbol.
     pub fn length(self, mm: f64) -> String {
-        match self {
-            Self::Mm => format!("{} mm", short(mm)),
-            Self::Inch => {
-                format!("{} in", self.figure(mm).trim_end_matches('0').trim_end_matches('.'))
-            }
-        }
+        format!("{} {}", self.short_figure(mm), self.symbol())
     }
 
     /// Width and height, and the symbol.
     pub fn size(self, Mm2 { x, y }: Mm2) -> String {
-        let width = self.length(x);
-        let width = width.trim_end_matches(self.symbol()).trim_end();
-        format!("{width} × {}", self.length(y))
+        format!("{} × {}", self.short_figure(x), self.length(y))
+    }
+
+    fn short_figure(self, mm: f64) -> String {
+        self.figure(mm).trim_end_matches('0').trim_end_matches('.').to_string()
     }
 
     /// A jog speed.

@@ -228,7 +228,7 @@ impl Taking<'_> {
         if self.taken.len() == self.places.len() { Going::Halt } else { Going::On }
     }
 
-    /// Shows the position and the speed or step, in one line that is written anew while they change.
+    /// Shows the position and the speed or step in one line. When they change, a new text replaces the line.
     fn show(&mut self, position: Option<Mm2>, now: Time) {
         let Some(Mm2 { x, y }) = position else { return };
         let (x, y, symbol) = (self.unit.figure(x), self.unit.figure(y), self.unit.symbol());

@@ -2,49 +2,30 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
+#[path = "support/machine.rs"]
+mod machine_of_test;
 mod support;
 #[path = "support/terminal.rs"]
 mod terminal_of_test;
 
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
 
 use keepout_planner::align::file::AlignmentFile;
+use machine_of_test::MachineProcess;
 use support::{bracket, code, complaint, folder, keepout};
 use terminal_of_test::Terminal;
 
-/// A simulated machine that ends with its test.
-struct Machine(Child);
+/// Longest time until the port of a simulated machine appears.
+const STARTS_WITHIN: Duration = Duration::from_secs(60);
 
-impl Drop for Machine {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Machine {
-    fn start(port: &str) -> Self {
-        Self::with(port, &[])
-    }
-
-    /// A machine that keeps the received bytes in a file.
-    fn receiving(port: &str, received: &Path) -> Self {
-        Self::with(port, &["--received", &received.display().to_string()])
-    }
-
-    fn with(port: &str, more: &[&str]) -> Self {
-        let simulate = ["simulate", "--link", port, "--homed", "--start-mm", "-236.5,-203"];
-        let simulate = [&simulate[..], more].concat();
-        let child = Command::new(env!("CARGO_BIN_EXE_keepout")).args(simulate).stdout(Stdio::null()).spawn();
-        let begun = Instant::now();
-        while !Path::new(port).exists() {
-            assert!(begun.elapsed() < Duration::from_secs(60), "the simulated machine does not start");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        Self(child.unwrap())
-    }
+/// Starts a homed machine. It keeps the received bytes in the file `received`.
+fn machine(folder: &Path) -> (MachineProcess, String) {
+    let (port, received) = (folder.join("port").display().to_string(), folder.join("received"));
+    let received = received.display().to_string();
+    let more = ["--homed", "--start-mm", "-236.5,-203", "--received", &received];
+    (MachineProcess::start(&port, &more, STARTS_WITHIN), port)
 }
 
 /// A job for a stored machine at this port, with its plan.
@@ -62,24 +43,41 @@ fn job_at(folder: &Path, port: &str) -> String {
     job
 }
 
+/// The touch-off of a job at a simulated machine.
+struct TouchOff {
+    job: String,
+    terminal: Terminal,
+    _machine: MachineProcess,
+}
+
+impl TouchOff {
+    fn begin(name: &str) -> Self {
+        let folder = folder(name);
+        let (machine, port) = machine(&folder);
+        let job = job_at(&folder, &port);
+        let align = ["align", &job, "--homed", "--take", "edges"];
+        let terminal = Terminal::run(&align, Some(&folder.display().to_string()));
+        Self { job, terminal, _machine: machine }
+    }
+
+    fn alignment(&self) -> PathBuf {
+        Path::new(&self.job).join("alignment.toml")
+    }
+}
+
 #[test]
 fn three_places_are_taken_by_keys_and_no_figure_is_typed() {
-    let folder = folder("touch-off");
-    let port = folder.join("port").display().to_string();
-    let _machine = Machine::start(&port);
-    let job = job_at(&folder, &port);
-    let config = folder.display().to_string();
-    let align = ["align", &job, "--homed", "--take", "edges"];
-    let mut terminal = Terminal::run(&align, Some(&config));
+    let mut touch_off = TouchOff::begin("touch-off");
+    let terminal = &mut touch_off.terminal;
     let press = |terminal: &mut Terminal, key: &[u8]| {
         terminal.type_for(Duration::from_millis(200), key, Duration::from_secs(60));
     };
     terminal.wait_for("nothing is protected yet");
     terminal.wait_for("place 1 of 3: touch the long edge near (13.500, 0.000) mm");
-    press(&mut terminal, b"t");
+    press(terminal, b"t");
     terminal.wait_for("taken 1 of 3: machine position (-236.500, -203.000) mm");
-    press(&mut terminal, b"s");
-    press(&mut terminal, b"4");
+    press(terminal, b"s");
+    press(terminal, b"4");
     terminal.wait_for("step 1 mm");
     let mut at = (-236.5, -203.0);
     // Jogs in steps of 1 mm, and waits for each few.
@@ -92,35 +90,31 @@ fn three_places_are_taken_by_keys_and_no_figure_is_typed() {
             }
         }
     };
-    jog(&mut terminal, b"\x1b[C", 60, (1.0, 0.0));
-    jog(&mut terminal, b"\x1b[A", 1, (0.0, 1.0));
-    press(&mut terminal, b"t");
+    jog(terminal, b"\x1b[C", 60, (1.0, 0.0));
+    jog(terminal, b"\x1b[A", 1, (0.0, 1.0));
+    press(terminal, b"t");
     terminal.wait_for("taken 2 of 3: machine position (-176.500, -202.000) mm");
-    jog(&mut terminal, b"\x1b[A", 40, (0.0, 1.0));
-    jog(&mut terminal, b"\x1b[D", 40, (-1.0, 0.0));
-    press(&mut terminal, b"t");
+    jog(terminal, b"\x1b[A", 40, (0.0, 1.0));
+    jog(terminal, b"\x1b[D", 40, (-1.0, 0.0));
+    press(terminal, b"t");
     terminal.wait_for("rotation");
     terminal.type_for(Duration::from_secs(20), b"", Duration::from_secs(60));
     assert_eq!(terminal.end(), Some(0), "{}", String::from_utf8_lossy(&terminal.shown));
     // The edge rises by 1 mm over 60 mm.
-    let found = AlignmentFile::load(&Path::new(&job).join("alignment.toml")).unwrap();
+    let found = AlignmentFile::load(&touch_off.alignment()).unwrap();
     assert!((found.rotation_deg - (1.0_f64 / 60.0).atan().to_degrees()).abs() < 1e-6, "{found:?}");
     assert!(found.rotation_measured && found.touches == 3, "{found:?}");
 }
 
 #[test]
 fn quitting_writes_no_alignment() {
-    let folder = folder("touch-off-quit");
-    let port = folder.join("port").display().to_string();
-    let _machine = Machine::start(&port);
-    let job = job_at(&folder, &port);
-    let config = folder.display().to_string();
-    let mut terminal = Terminal::run(&["align", &job, "--homed"], Some(&config));
+    let mut touch_off = TouchOff::begin("touch-off-quit");
+    let terminal = &mut touch_off.terminal;
     terminal.wait_for("place 1 of 3");
     terminal.type_for(Duration::from_secs(20), b"q", Duration::from_secs(1));
     assert_eq!(terminal.end(), Some(2));
     assert!(String::from_utf8_lossy(&terminal.shown).contains("no alignment was written"));
-    assert!(!Path::new(&job).join("alignment.toml").exists());
+    assert!(!touch_off.alignment().exists());
 }
 
 /// A plan for the simulated machine.
@@ -135,9 +129,7 @@ fn planned(folder: &Path) -> String {
 fn port_has_no_default_operator_and_no_model_moves_it() {
     let folder = folder("nobody");
     let plan = planned(&folder);
-    let port = folder.join("port").display().to_string();
-    let received = folder.join("received");
-    let _machine = Machine::receiving(&port, &received);
+    let (mut machine, port) = machine(&folder);
     let run = ["run", &plan, "--port", &port, "--origin-mm", "-250,-200", "--homed"];
     for (more, said) in [
         (&[][..], "a run at a port needs an operator"),
@@ -148,15 +140,15 @@ fn port_has_no_default_operator_and_no_model_moves_it() {
         let output = keepout(&[&run[..], more].concat());
         assert!(code(&output) == 2 && complaint(&output).contains(said), "{more:?}: {}", complaint(&output));
     }
-    assert_eq!(std::fs::read(&received).unwrap_or_default(), b"", "no byte was sent");
+    assert_eq!(machine.end(), Some(0));
+    assert_eq!(std::fs::read(folder.join("received")).unwrap_or_default(), b"", "no byte was sent");
 }
 
 #[test]
 fn page_before_the_first_motion_tells_what_will_be_cut_and_waits() {
     let folder = folder("page");
-    let port = folder.join("port").display().to_string();
+    let (_machine, port) = machine(&folder);
     let received = folder.join("received");
-    let _machine = Machine::receiving(&port, &received);
     let job = job_at(&folder, &port);
     std::fs::write(&received, b"").unwrap();
     let config = folder.display().to_string();
@@ -183,14 +175,13 @@ fn page_before_the_first_motion_tells_what_will_be_cut_and_waits() {
 fn lost_machine_is_a_fault_with_its_remedy_without_the_view() {
     let folder = folder("lost");
     let plan = planned(&folder);
-    let port = folder.join("port").display().to_string();
-    let mut machine = Machine::start(&port);
+    let (machine, port) = machine(&folder);
     let run = ["run", &plan, "--port", &port, "--origin-mm", "-250,-200", "--homed", "--simulate", "--yes"];
     let run = [&run[..], &["--operator", "keyboard"]].concat();
     let config = folder.display().to_string();
     let mut terminal = Terminal::run(&run, Some(&config));
     terminal.wait_for("jogging");
-    machine.0.kill().unwrap();
+    drop(machine);
     terminal.wait_for("STOPPED:");
     // A recovery that does not succeed changes nothing.
     terminal.type_for(Duration::from_secs(1), b"f", Duration::from_secs(60));
@@ -207,14 +198,7 @@ fn lost_machine_is_a_fault_with_its_remedy_without_the_view() {
 fn locked_machine_is_not_ready() {
     let folder = folder("locked");
     let port = folder.join("port").display().to_string();
-    let simulate = ["simulate", "--link", &port];
-    let child =
-        Command::new(env!("CARGO_BIN_EXE_keepout")).args(simulate).stdout(Stdio::null()).spawn().unwrap();
-    let _machine = Machine(child);
-    let begun = Instant::now();
-    while !Path::new(&port).exists() && begun.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    let _machine = MachineProcess::start(&port, &[], STARTS_WITHIN);
     let output = keepout(&["doctor", "--port", &port]);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(said.contains("locked") && !said.contains("A session can begin."), "{said}");

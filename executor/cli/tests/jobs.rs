@@ -56,7 +56,7 @@ fn job_goes_from_a_drawing_to_a_report() {
     assert_eq!(count(&folder.join("logs")), 3);
     let replayed = keepout(&["replay", &job]);
     assert!(code(&replayed) == 0 && printed(&replayed).contains("2 of 3"), "{}", complaint(&replayed));
-    assert_eq!(count(&folder), 7, "a resumed run writes its report anew: {:?}", fs::read_dir(&folder));
+    assert_eq!(count(&folder), 7, "a resumed run replaces its report: {:?}", fs::read_dir(&folder));
 }
 
 #[test]

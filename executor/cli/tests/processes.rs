@@ -2,9 +2,12 @@
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
+#[path = "support/machine.rs"]
+mod machine_of_test;
+
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 use keepout_executor::session::LoggedEvent;
 use keepout_executor::session::log::Log;
@@ -12,6 +15,7 @@ use keepout_executor::session::replay::replay;
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan_file;
+use machine_of_test::{MachineProcess, signal};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_keepout");
 
@@ -47,17 +51,10 @@ impl Shop {
         keepout(&arguments)
     }
 
-    fn machine(&self, more: &[&str]) -> Machine {
-        let link = self.at("port");
+    fn machine(&self, more: &[&str]) -> MachineProcess {
         let received = self.at("received");
-        let arguments = ["simulate", "--link", &link, "--received", &received];
-        let child = Command::new(PROGRAM).args(arguments).args(more).stdout(Stdio::null()).spawn().unwrap();
-        let begun = Instant::now();
-        while !self.0.join("port").exists() {
-            assert!(begun.elapsed() < Duration::from_secs(20), "no machine");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        Machine(child)
+        let arguments = [&["--received", &received], more].concat();
+        MachineProcess::start(&self.at("port"), &arguments, Duration::from_secs(20))
     }
 
     fn log(&self, name: &str) -> Log {
@@ -67,28 +64,6 @@ impl Shop {
     fn work(&self) -> PreparedPlan {
         PreparedPlan::new(plan_file::load(&self.0.join("part.plan")).unwrap().certify().unwrap())
     }
-}
-
-/// A simulated machine that ends with its test.
-struct Machine(Child);
-
-impl Machine {
-    fn end(&mut self) -> Option<i32> {
-        signal(&self.0, "TERM");
-        self.0.wait().unwrap().code()
-    }
-}
-
-impl Drop for Machine {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-fn signal(child: &Child, name: &str) {
-    let sent = Command::new("kill").args([format!("-{name}"), child.id().to_string()]).status().unwrap();
-    assert!(sent.success());
 }
 
 fn printed(output: &Output) -> String {

@@ -171,24 +171,28 @@ impl ContourTally {
     /// The same words for a dry run, which traces the contours and cuts none.
     #[must_use]
     pub fn traced(&self) -> String {
-        format!(
-            "DRY RUN, nothing is cut: {}",
-            self.to_string().replacen("contours cut", "contours traced", 1)
-        )
+        let Self { cut, planned, .. } = self;
+        self.with_left(format!("DRY RUN, nothing is cut: {cut} of {planned} contours traced"))
+    }
+
+    /// The words, and the contours that are left or that the tool does not fit.
+    fn with_left(&self, mut words: String) -> String {
+        let Self { left, unplanned, .. } = self;
+        if !left.is_empty() {
+            let left = left.iter().map(|each| format!("{} ({})", each.name, each.why));
+            words += &format!(". Left: {}", listed(left));
+        }
+        if !unplanned.is_empty() {
+            words += &format!(". The tool does not fit: {}", listed(unplanned.iter().cloned()));
+        }
+        words
     }
 }
 
 impl fmt::Display for ContourTally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { cut, planned, left, unplanned } = self;
-        write!(f, "{cut} of {planned} contours cut")?;
-        if !left.is_empty() {
-            write!(f, ". Left: {}", listed(left.iter().map(|each| format!("{} ({})", each.name, each.why))))?;
-        }
-        if !unplanned.is_empty() {
-            write!(f, ". The tool does not fit: {}", listed(unplanned.iter().cloned()))?;
-        }
-        Ok(())
+        let Self { cut, planned, .. } = self;
+        f.write_str(&self.with_left(format!("{cut} of {planned} contours cut")))
     }
 }
 

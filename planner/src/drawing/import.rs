@@ -36,7 +36,7 @@ pub struct EntityFilter {
     pub layers: Vec<String>,
     /// Layers to leave out.
     pub without: Vec<String>,
-    /// Layers of keep-out zones and of the machine's travel. Their curves are none of the part's.
+    /// Layers of keep-out zones and of the machine's travel. The part takes no curve from them.
     pub other_layers: Vec<String>,
     /// Unit that overrides the file's.
     pub unit: Option<String>,

@@ -14,6 +14,8 @@
 
 mod conversation;
 mod job;
+#[path = "../support/machine.rs"]
+mod machine_of_test;
 mod on_a_pty;
 mod throttle;
 mod virtual_time;

@@ -2,37 +2,24 @@
 //! replay`.
 
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Output};
+use std::time::Duration;
 
 use keepout_executor::session::LoggedEvent;
 use keepout_executor::session::log::{Entry, Log};
 use keepout_planner::Mm2;
 
 use super::job::{Case, FEED_MM_MIN, Job, LATENCY_MS, ORIGIN_MM, START_MM};
+use super::machine_of_test::MachineProcess;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_keepout");
 
-/// A simulated machine that ends with its session.
-struct Machine(Child);
-
-impl Drop for Machine {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Machine {
-    /// Ends the machine. Fails if the tool was in the part.
-    fn end(&mut self) -> Result<(), String> {
-        let sent = Command::new("kill").args(["-TERM", &self.0.id().to_string()]).status();
-        sent.map_err(|error| error.to_string())?;
-        match self.0.wait().map_err(|error| error.to_string())?.code() {
-            Some(0) => Ok(()),
-            Some(8) => Err("the tool was in the part".into()),
-            other => Err(format!("the machine ended with {other:?}")),
-        }
+/// Ends the machine. Fails if the tool was in the part.
+fn end(mut machine: MachineProcess) -> Result<(), String> {
+    match machine.end() {
+        Some(0) => Ok(()),
+        Some(8) => Err("the tool was in the part".into()),
+        other => Err(format!("the machine ended with {other:?}")),
     }
 }
 
@@ -44,18 +31,10 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let place = |Mm2 { x, y }: Mm2| format!("{x},{y}");
     let (origin, start) = (place(ORIGIN_MM), place(START_MM));
     let latency = LATENCY_MS.to_string();
-    let mut arguments = vec!["simulate", "--dialect", &dialect, "--baud", &baud, "--link", &port];
-    arguments.extend(["--received", &received, "--start-mm", &start, "--latency-ms", &latency]);
+    let mut arguments = vec!["--dialect", &dialect, "--baud", &baud, "--received", &received];
+    arguments.extend(["--start-mm", &start, "--latency-ms", &latency]);
     arguments.extend(["--monitor", &plan, "--origin-mm", &origin]);
-    let machine = Command::new(PROGRAM).args(arguments).stdout(Stdio::null()).spawn();
-    let mut machine = Machine(machine.map_err(|error| error.to_string())?);
-    let begun = Instant::now();
-    while !Path::new(&port).exists() {
-        if begun.elapsed() > Duration::from_secs(60) {
-            return Err("the simulated machine does not start".into());
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    let machine = MachineProcess::start(&port, &arguments, Duration::from_secs(60));
     let (script, feed) = (job.at("script"), FEED_MM_MIN.to_string());
     let mut arguments =
         vec!["run", &plan, "--simulate", "--yes", "--port", &port, "--dialect", &dialect, "--baud", &baud];
@@ -63,7 +42,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     arguments.extend(["--feed-mm-min", &feed, "--limit-s", "300", "--answer-within-s", "60"]);
     // Exit code 0 means that the session ended as the operator wanted, with a finished contour.
     succeeds(&arguments)?;
-    machine.end()?;
+    end(machine)?;
     succeeds(&["replay", &log, "--plan", &plan])?;
     let log = Log::load(Path::new(&log)).map_err(|error| error.to_string())?;
     let sent: Vec<u8> = log.entries.iter().flat_map(sent).copied().collect();
