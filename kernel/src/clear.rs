@@ -30,11 +30,13 @@ pub enum Side {
 
 /// A point that is certified clear of a region at a threshold, on its free side.
 ///
-/// Use it only with the [`ProhibitedRegion`] that made it.
+/// Use it only with the [`ProhibitedRegion`] that made it, or with the levels above that region: what is clear
+/// of a level is clear of every level above it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreePoint {
     point: Point,
     threshold: Length,
+    level: u16,
 }
 
 impl FreePoint {
@@ -48,6 +50,12 @@ impl FreePoint {
     #[must_use]
     pub fn threshold(self) -> Length {
         self.threshold
+    }
+
+    /// The level at which it is clear, counted from the top: [`ProhibitedRegion::level`].
+    #[must_use]
+    pub fn level(self) -> u16 {
+        self.level
     }
 
     /// The same point at a threshold that is not higher; `None` for a higher one.
@@ -64,8 +72,8 @@ pub enum Blocked {
     ByEdge(Edge),
     /// The point is on the part's side of the profile, or in a keep-out zone.
     OnPartSide(Point),
-    /// The start has no certificate for this query. It may be certified at another threshold, or it is not
-    /// the start of the arc or inside the polygon.
+    /// The start has no certificate for this query. It may be certified at another threshold or a higher
+    /// level, or it is not the start of the arc or inside the polygon.
     StartTooNear(Point),
 }
 
@@ -96,6 +104,8 @@ pub struct ProhibitedRegion {
     index: CheckedIndex,
     cells: Vec<Cells>,
     side: Side,
+    /// Its number among levels, counted from the top.
+    level: u16,
 }
 
 impl ProhibitedRegion {
@@ -119,7 +129,12 @@ impl ProhibitedRegion {
         let fences =
             zones.iter().map(|zone| build::build(build::edges_of_rings(core::slice::from_ref(zone))));
         let fences = fences.collect::<Result<_, _>>()?;
-        Ok(Self { region, zones, fences, index, cells: Vec::new(), side })
+        Ok(Self { region, zones, fences, index, cells: Vec::new(), side, level: 0 })
+    }
+
+    /// The same region as the level of this number.
+    pub(crate) fn as_level(self, level: u16) -> Self {
+        Self { level, ..self }
     }
 
     /// The same part with another index, whose edges cover the edges of this one.
@@ -131,6 +146,7 @@ impl ProhibitedRegion {
             index,
             cells: Vec::new(),
             side: self.side,
+            level: self.level,
         }
     }
 
@@ -175,6 +191,12 @@ impl ProhibitedRegion {
     #[must_use]
     pub fn side(&self) -> Side {
         self.side
+    }
+
+    /// Its number among [`Levels`](crate::Levels), counted from the top. A region alone is number 0.
+    #[must_use]
+    pub fn level(&self) -> u16 {
+        self.level
     }
 
     /// The edges of the part and of the keep-out zones, with their chord errors.
@@ -226,7 +248,17 @@ impl ProhibitedRegion {
         if let Some(edge) = self.index.near_point(point, threshold) {
             return Err(Blocked::ByEdge(*edge));
         }
-        if self.holds(point) { Err(Blocked::OnPartSide(point)) } else { Ok(FreePoint { point, threshold }) }
+        if self.holds(point) { Err(Blocked::OnPartSide(point)) } else { Ok(self.free(point, threshold)) }
+    }
+
+    fn free(&self, point: Point, threshold: Length) -> FreePoint {
+        FreePoint { point, threshold, level: self.level }
+    }
+
+    /// The certificate of a free point, if it is one of this level or of a level below.
+    #[inline]
+    fn certified(&self, from: FreePoint) -> Result<FreePoint, Blocked> {
+        if from.level < self.level { Err(Blocked::StartTooNear(from.point)) } else { Ok(from) }
     }
 
     /// Certifies that the straight motion from a free point to `to` stays clear at that point's threshold.
@@ -235,8 +267,9 @@ impl ProhibitedRegion {
     /// [`Blocked::ByEdge`] with an edge in the way.
     #[inline]
     pub fn motion(&self, from: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
+        let from = self.certified(from)?;
         self.edges_clear(Segment { from: from.point, to }, from.threshold)?;
-        Ok(FreePoint { point: to, threshold: from.threshold })
+        Ok(self.free(to, from.threshold))
     }
 
     /// Certifies that the curve of an arc that begins at a free point stays clear at that point's threshold.
@@ -246,7 +279,7 @@ impl ProhibitedRegion {
     /// [`Blocked::StartTooNear`] when the arc does not begin at the free point, or is too small to be cut
     /// into pieces.
     pub fn arc(&self, from: FreePoint, arc: &Arc) -> Result<FreePoint, Blocked> {
-        let threshold = from.threshold;
+        let threshold = self.certified(from)?.threshold;
         let Some(swept) = SweptArc::of(arc).filter(|_| arc.from() == from.point) else {
             return Err(Blocked::StartTooNear(from.point));
         };
@@ -259,8 +292,7 @@ impl ProhibitedRegion {
             near = Some(*edge);
             ControlFlow::Break(())
         });
-        let end = FreePoint { point: arc.to(), threshold };
-        near.map_or(Ok(end), |edge| Err(Blocked::ByEdge(edge)))
+        near.map_or(Ok(self.free(arc.to(), threshold)), |edge| Err(Blocked::ByEdge(edge)))
     }
 
     /// Certifies the triangle that the tool can sweep when a machine on the motion `a b` takes the new target
@@ -273,13 +305,14 @@ impl ProhibitedRegion {
         if a.threshold != b.threshold {
             return Err(Blocked::StartTooNear(if a.threshold < b.threshold { a.point } else { b.point }));
         }
+        let (a, b) = (self.certified(a)?, self.certified(b)?);
         if a.point == b.point {
             return self.motion(a, to);
         }
         let fan = Triangle { corners: [a.point, b.point, to] };
         match self.index.near_fan(fan, a.threshold) {
             Some(edge) => Err(Blocked::ByEdge(*edge)),
-            None => Ok(FreePoint { point: to, threshold: a.threshold }),
+            None => Ok(self.free(to, a.threshold)),
         }
     }
 
@@ -291,12 +324,13 @@ impl ProhibitedRegion {
     /// [`Blocked::ByEdge`] with an edge in the way. [`Blocked::StartTooNear`] when the polygon does not hold
     /// both points.
     pub fn polygon(&self, from: FreePoint, polygon: Convex<'_>, to: Point) -> Result<FreePoint, Blocked> {
+        let from = self.certified(from)?;
         if !polygon.holds(from.point) || !polygon.holds(to) {
             return Err(Blocked::StartTooNear(from.point));
         }
         match self.index.near_convex(polygon, from.threshold) {
             Some(edge) => Err(Blocked::ByEdge(*edge)),
-            None => Ok(FreePoint { point: to, threshold: from.threshold }),
+            None => Ok(self.free(to, from.threshold)),
         }
     }
 
@@ -310,9 +344,10 @@ impl ProhibitedRegion {
     /// # Errors
     /// [`Blocked::ByEdge`] with an edge that the motion approaches.
     pub fn retract(&self, from: FreePoint, to: Point, threshold: Length) -> Result<FreePoint, Blocked> {
+        let from = self.certified(from)?;
         match self.index.approached(Segment { from: from.point, to }, threshold.max(from.threshold)) {
             Some(edge) => Err(Blocked::ByEdge(*edge)),
-            None => Ok(FreePoint { point: to, threshold: from.threshold }),
+            None => Ok(self.free(to, from.threshold)),
         }
     }
 

@@ -1,7 +1,7 @@
 //! The geometry kernel of Keepout.
 //!
 //! [`exact`] holds coordinates on an integer lattice of 10 nm and predicates that decide in integers. The
-//! trusted queries build on it: [`clear`], `simplify`, [`index::check`], [`index::query`],
+//! trusted queries build on it: [`clear`], `levels`, `simplify`, [`index::check`], [`index::query`],
 //! [`index::cells`] and [`offset::certify_path`]. The rest of the crate proposes in `f64`, and the trusted
 //! code checks each proposal.
 //!
@@ -28,6 +28,7 @@ pub mod clip;
 pub mod curve;
 pub mod exact;
 pub mod index;
+mod levels;
 pub mod offset;
 mod simplify;
 mod vec2;
@@ -37,9 +38,10 @@ pub use clear::{Blocked, FreePoint, ProhibitedRegion, Side};
 pub use curve::Curve;
 pub use exact::arc::{Arc, Turn};
 pub use exact::convex::Convex;
-pub use exact::lattice::{Coord, LatticeError, Length, Point, UNITS_PER_MM, Vector};
+pub use exact::lattice::{Coord, Height, LatticeError, Length, Place, Point, UNITS_PER_MM, Vector};
 pub use exact::region::Region;
 pub use exact::ring::Ring;
 pub use exact::segment::{Proximity, Segment, Triangle};
 pub use index::{Cells, CheckedIndex, Edge, Nearest};
+pub use levels::{HeightField, Levels, LevelsError};
 pub use vec2::Vec2;

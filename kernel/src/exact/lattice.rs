@@ -102,12 +102,97 @@ impl Point {
 /// In millimetres, for messages: `(12.340, -5.000) mm`.
 impl fmt::Display for Point {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let micrometres = |c: Coord| {
-            let rounded = c.0.unsigned_abs().saturating_add(50) / 100;
-            (if c.0 < 0 && rounded > 0 { "-" } else { "" }, rounded / 1000, rounded % 1000)
-        };
-        let ((sign_x, x, x_um), (sign_y, y, y_um)) = (micrometres(self.x), micrometres(self.y));
-        write!(f, "({sign_x}{x}.{x_um:03}, {sign_y}{y}.{y_um:03}) mm")
+        write!(f, "({}, {}) mm", Micrometres(self.x.0), Micrometres(self.y.0))
+    }
+}
+
+/// A height in lattice units, upward, `|h| ≤ 2^29`. Height zero is the top of the part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Height(i32);
+
+impl Height {
+    /// Height zero: the top of the part.
+    pub const ZERO: Self = Self(0);
+
+    /// The lowest height of the lattice.
+    pub const LOWEST: Self = Self(-COORD_MAX);
+
+    /// The greatest height of the lattice.
+    pub const HIGHEST: Self = Self(COORD_MAX);
+
+    /// Checks that `units` lies on the lattice.
+    ///
+    /// # Errors
+    /// [`LatticeError`] when `|units| > 2^29`.
+    pub fn from_units(units: i64) -> Result<Self, LatticeError> {
+        bounded(units, -COORD_MAX).map(Self)
+    }
+
+    /// The height in lattice units.
+    #[must_use]
+    pub const fn units(self) -> i32 {
+        self.0
+    }
+
+    /// The height lower by `by`, but not below the lattice.
+    #[must_use]
+    pub fn lowered(self, by: Length) -> Self {
+        Self(self.0.saturating_sub(by.0).max(-COORD_MAX))
+    }
+
+    /// The height higher by `by`, but not above the lattice.
+    #[must_use]
+    pub fn raised(self, by: Length) -> Self {
+        Self(self.0.saturating_add(by.0).min(COORD_MAX))
+    }
+}
+
+/// In millimetres, for messages: `-5.000 mm`.
+impl fmt::Display for Height {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} mm", Micrometres(self.0))
+    }
+}
+
+/// Where the tip of the tool is: a point of the plane and a height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Place {
+    /// The point of the plane: the tool's axis.
+    pub point: Point,
+    /// The height of the tip.
+    pub height: Height,
+}
+
+impl Point {
+    /// The place above or below this point at `height`.
+    #[must_use]
+    pub const fn at_height(self, height: Height) -> Place {
+        Place { point: self, height }
+    }
+
+    /// The place at height zero: where a tool stands on a machine with two axes.
+    #[must_use]
+    pub const fn in_plane(self) -> Place {
+        self.at_height(Height::ZERO)
+    }
+}
+
+/// In millimetres, for messages: `(12.340, -5.000, 2.000) mm`.
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (x, y) = (Micrometres(self.point.x.0), Micrometres(self.point.y.0));
+        write!(f, "({x}, {y}, {}) mm", Micrometres(self.height.0))
+    }
+}
+
+/// Lattice units as mm with three decimals.
+struct Micrometres(i32);
+
+impl fmt::Display for Micrometres {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rounded = self.0.unsigned_abs().saturating_add(50) / 100;
+        let sign = if self.0 < 0 && rounded > 0 { "-" } else { "" };
+        write!(f, "{sign}{}.{:03}", rounded / 1000, rounded % 1000)
     }
 }
 
@@ -190,6 +275,18 @@ mod tests {
         let shown = |x, y| alloc::format!("{}", Point::from_units(x, y).unwrap());
         assert_eq!(shown(1_234_049, -500_050), "(12.340, -5.001) mm");
         assert_eq!(shown(-49, 0), "(0.000, 0.000) mm");
+        let place = Point::ORIGIN.at_height(Height::from_units(-150_000).unwrap());
+        assert_eq!(alloc::format!("{place}, {}", place.height), "(0.000, 0.000, -1.500) mm, -1.500 mm");
+    }
+
+    #[test]
+    fn heights_stay_on_the_lattice() {
+        let long = Length::from_units(i64::from(COORD_MAX)).unwrap();
+        assert_eq!(Height::LOWEST.lowered(Length::small(1)), Height::LOWEST);
+        assert_eq!(Height::HIGHEST.raised(long), Height::HIGHEST);
+        assert_eq!(Height::HIGHEST.lowered(long), Height::ZERO);
+        assert!(Height::from_units(i64::from(COORD_MAX) + 1).is_err());
+        assert!(Height::ZERO > Height::ZERO.lowered(Length::small(1)));
     }
 
     #[test]

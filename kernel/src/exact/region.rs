@@ -55,6 +55,17 @@ pub enum Location {
 }
 
 impl Region {
+    /// The region without rings: no point is inside.
+    pub(crate) const fn empty() -> Self {
+        Self { rings: Vec::new() }
+    }
+
+    /// The region of some of these rings, which do not touch.
+    pub(crate) fn of_some(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let kept = self.rings.iter().enumerate().filter(|&(index, _)| keep(index));
+        Self { rings: kept.map(|(_, ring)| ring.clone()).collect() }
+    }
+
     /// Checks that no two rings touch.
     ///
     /// # Errors
@@ -105,6 +116,35 @@ impl Region {
     /// hole.
     #[must_use]
     pub fn depths(&self) -> Vec<usize> {
+        let mut depths: Vec<usize> = self.rings.iter().map(|_| 0).collect();
+        self.visit_nesting(|inner, _| {
+            if let Some(depth) = depths.get_mut(inner) {
+                *depth = depth.saturating_add(1);
+            }
+        });
+        depths
+    }
+
+    /// The innermost of the other rings around each ring, by index. `None` for an outer ring.
+    ///
+    /// The rings around a ring lie in each other, so the innermost is the one with the most rings around it.
+    #[must_use]
+    pub fn parents(&self) -> Vec<Option<usize>> {
+        let depths = self.depths();
+        let depth = |ring: usize| depths.get(ring).copied().unwrap_or(0);
+        let mut parents: Vec<Option<usize>> = self.rings.iter().map(|_| None).collect();
+        self.visit_nesting(|inner, outer| {
+            if let Some(parent) = parents.get_mut(inner)
+                && parent.is_none_or(|known| depth(known) < depth(outer))
+            {
+                *parent = Some(outer);
+            }
+        });
+        parents
+    }
+
+    /// Calls `visit` with each pair of a ring and another ring around it, by index.
+    fn visit_nesting(&self, mut visit: impl FnMut(usize, usize)) {
         let bounds = |ring: &Ring| ring.segments().map(Segment::bounds).reduce(Window::union);
         // A ring without vertices does not exist; it would lie in no ring and hold none.
         let boxed = self.rings.iter().enumerate().filter_map(|(i, ring)| Some((i, ring, bounds(ring)?)));
@@ -117,20 +157,18 @@ impl Region {
         // Sweeps along x. `open` has the rings whose boxes hold the x of the point.
         let mut unopened = by_left.into_iter().peekable();
         let mut open: Vec<(usize, &Ring, Window)> = Vec::new();
-        let mut depths: Vec<usize> = self.rings.iter().map(|_| 0).collect();
         for (i, point) in points {
             let x = point.x.units();
             while let Some(ring) = unopened.next_if(|(.., bounds)| bounds.corners().0 <= x) {
                 open.push(ring);
             }
             open.retain(|(.., bounds)| bounds.corners().2 >= x);
-            let others = open.iter().filter(|&&(j, _, bounds)| j != i && bounds.holds(point));
-            let around = others.filter(|(_, ring, _)| ring.crossing_parity_is_odd(point)).count();
-            if let Some(depth) = depths.get_mut(i) {
-                *depth = around;
+            for &(j, ring, bounds) in &open {
+                if j != i && bounds.holds(point) && ring.crossing_parity_is_odd(point) {
+                    visit(i, j);
+                }
             }
         }
-        depths
     }
 
     /// All edges, ring by ring.
@@ -168,6 +206,7 @@ mod tests {
         assert_eq!(place(20), Location::Boundary);
         assert_eq!(place(-5), Location::Outside);
         assert_eq!(region.depths(), [0, 1, 2]);
+        assert_eq!(region.parents(), [None, Some(0), Some(1)]);
     }
 
     /// The oracle asks every ring about the first vertex of every other.
@@ -193,6 +232,13 @@ mod tests {
                 others.filter(|other| other.crossing_parity_is_odd(ring.vertices()[0])).count()
             };
             assert_eq!(region.depths(), rings.iter().map(depth).collect::<Vec<_>>());
+            let parents = rings.iter().map(|ring| {
+                let around = rings.iter().enumerate().filter(|(_, other)| *other != ring);
+                let around =
+                    around.filter(|(_, other)| other.crossing_parity_is_odd(ring.vertices()[0]));
+                around.max_by_key(|(_, other)| depth(other)).map(|(index, _)| index)
+            });
+            assert_eq!(region.parents(), parents.collect::<Vec<_>>());
         }
     }
 

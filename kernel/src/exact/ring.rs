@@ -1,5 +1,6 @@
 //! Closed simple rings of chords.
 
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::fmt;
 
@@ -30,11 +31,11 @@ pub enum Piece {
 }
 
 /// A closed simple polygon. Each edge carries its chord-error bound: the greatest distance between chord and
-/// true curve.
+/// true curve. Copies share their vertices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ring {
-    vertices: Vec<Point>,
-    slacks: Vec<Length>,
+    vertices: Arc<[Point]>,
+    slacks: Arc<[Length]>,
 }
 
 /// Why a ring is invalid. Edge `i` runs from vertex `i` to the next vertex.
@@ -145,7 +146,7 @@ impl Ring {
         if vertices.len() < 3 {
             return Err(RingError::TooFewVertices { count: vertices.len() });
         }
-        let ring = Self { vertices, slacks };
+        let ring = Self { vertices: vertices.into(), slacks: slacks.into() };
         if let Some(edge) = ring.segments().find(|edge| edge.from == edge.to) {
             return Err(RingError::ZeroLengthEdge { at: edge.from });
         }

@@ -8,6 +8,7 @@ pub mod dialects;
 pub mod guard;
 pub mod index;
 pub mod lattice;
+pub mod levels;
 pub mod parts;
 pub mod predicates;
 pub mod rings;
@@ -29,6 +30,7 @@ pub fn all() -> Vec<&'static Property> {
         arcs::ALL,
         index::ALL,
         parts::ALL,
+        levels::ALL,
         #[cfg(feature = "guard")]
         guard::ALL,
         #[cfg(feature = "guard")]

@@ -9,6 +9,7 @@ mod convex;
 mod crossing;
 mod hull;
 mod inside;
+mod levels;
 mod near;
 mod orientation;
 mod overflow;
@@ -67,5 +68,7 @@ pub const THEOREMS: &[Theorem] = &[
     near::CLIP,
     hull::CONVEX_SET,
     hull::HULL_POLYGON,
+    levels::MONOTONE,
+    levels::LOWEST,
     overflow::OVERFLOW,
 ];

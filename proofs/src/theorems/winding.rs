@@ -16,7 +16,7 @@ fn crosses(prover: &mut Prover<'_>, p: V, a: V, b: V) -> Fact {
     outcome_is(&paths, &true)
 }
 
-fn odd(a: Fact, b: Fact) -> Fact {
+pub fn odd(a: Fact, b: Fact) -> Fact {
     not(same(&a, &b))
 }
 
