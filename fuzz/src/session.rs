@@ -379,7 +379,7 @@ fn false_event(u: &mut Unstructured<'_>) -> Result<Event> {
                 position: if u.int_in_range(0..=7_u8)? == 0 {
                     None
                 } else {
-                    Point::from_units(place.0, place.1).ok()
+                    Point::from_units(place.0, place.1).ok().map(Point::in_plane)
                 },
                 queued: Option::<u8>::arbitrary(u)?.map(usize::from),
                 waiting: Option::<bool>::arbitrary(u)?,

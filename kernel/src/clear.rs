@@ -133,7 +133,7 @@ impl ProhibitedRegion {
     }
 
     /// The same region as the level of this number.
-    pub(crate) fn as_level(self, level: u16) -> Self {
+    pub(crate) fn numbered(self, level: u16) -> Self {
         Self { level, ..self }
     }
 

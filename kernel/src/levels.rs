@@ -135,7 +135,7 @@ impl Levels {
                 let standing = zones.iter().filter(|(_, zone)| *zone >= top).map(|(ring, _)| ring.clone());
                 ProhibitedRegion::with_zones(outlines.of_some(bounds), side, standing.collect())?
             };
-            below.push(Level { top, prohibited: Arc::new(prohibited.as_level(number)) });
+            below.push(Level { top, prohibited: Arc::new(prohibited.numbered(number)) });
         }
         if below.len() < heights.len() {
             return Err(LevelsError::TooMany);
@@ -168,24 +168,33 @@ impl Levels {
         self.at(Height::LOWEST)
     }
 
-    /// The same levels with simplified outlines ([`ProhibitedRegion::simplified`]), each prepared for the
-    /// thresholds.
-    ///
-    /// # Errors
-    /// [`IndexFault::TooManyEdges`] above 2^30 edges.
-    pub fn simplified(&self, tolerance: Length, thresholds: &[Length]) -> Result<Self, IndexFault> {
-        let simplified = |prohibited: &ProhibitedRegion| {
-            let mut prohibited = prohibited.simplified(tolerance)?;
+    /// The same levels, each prepared for the thresholds ([`ProhibitedRegion::prepare`]). Answers stay the
+    /// same.
+    #[must_use]
+    pub fn prepared(&self, thresholds: &[Length]) -> Self {
+        let of = |prohibited: &Arc<ProhibitedRegion>| {
+            let mut prohibited = ProhibitedRegion::clone(prohibited);
             for &threshold in thresholds {
                 // Cells only speed up the queries. For a part too large for cells, the queries use its index.
                 let _ = prohibited.prepare(threshold);
             }
-            Ok(Arc::new(prohibited))
+            Arc::new(prohibited)
         };
+        let below =
+            self.below.iter().map(|level| Level { top: level.top, prohibited: of(&level.prohibited) });
+        Self { highest: of(&self.highest), below: below.collect() }
+    }
+
+    /// The same levels with simplified outlines ([`ProhibitedRegion::simplified`]).
+    ///
+    /// # Errors
+    /// [`IndexFault::TooManyEdges`] above 2^30 edges.
+    pub fn simplified(&self, tolerance: Length) -> Result<Self, IndexFault> {
         let below = self.below.iter().map(|Level { top, prohibited }| {
-            Ok(Level { top: *top, prohibited: simplified(prohibited)? })
+            Ok(Level { top: *top, prohibited: Arc::new(prohibited.simplified(tolerance)?) })
         });
-        Ok(Self { below: below.collect::<Result<_, IndexFault>>()?, highest: simplified(&self.highest)? })
+        let below = below.collect::<Result<_, IndexFault>>()?;
+        Ok(Self { highest: Arc::new(self.highest.simplified(tolerance)?), below })
     }
 }
 

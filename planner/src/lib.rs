@@ -32,6 +32,7 @@ pub mod margin;
 pub mod merge;
 pub mod mesh;
 mod mm2;
+mod mm3;
 pub mod nesting;
 pub mod plan;
 mod plan_error;
@@ -53,3 +54,4 @@ pub mod text_file;
 pub mod units;
 
 pub use mm2::{Box2, Mm2};
+pub use mm3::Mm3;

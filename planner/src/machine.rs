@@ -12,8 +12,8 @@ use crate::text_file;
 /// The file of a machine profile.
 pub static MACHINE_PROFILE: FileKind = FileKind::new("machine profile");
 
-/// Profile of a two-axis machine and its controller. A figure holds for one axis, except where it states
-/// otherwise.
+/// Profile of a machine with two or three axes, and its controller. A figure holds for x and y each, except
+/// where it states otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineProfile {
@@ -40,9 +40,57 @@ pub struct MachineProfile {
     /// Source of that figure. `keepout drives budget` writes it.
     #[serde(default)]
     pub contour_error_source: Option<String>,
+    /// The third axis. Without it the machine has two axes: nobody moves the tool up or down.
+    #[serde(default)]
+    pub z: Option<ZProfile>,
     /// Measured figures of the controller. `keepout doctor --conformance --store` writes them.
     #[serde(default)]
     pub controller: Option<ControllerProfile>,
+}
+
+/// The third axis: along the tool, upward.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ZProfile {
+    /// Full travel, mm.
+    pub travel_mm: f64,
+    /// Rapid rate, mm/s.
+    pub max_rate_mm_s: f64,
+    /// Acceleration, mm/s².
+    pub acceleration_mm_s2: f64,
+    /// Steps per mm.
+    pub steps_per_mm: f64,
+    /// Half width of the band in which heights repeat, mm.
+    pub repeatability_mm: f64,
+    /// Largest distance of the true height from the commanded one in motion, mm.
+    pub following_error_mm: f64,
+}
+
+impl ZProfile {
+    /// The third axis of the built-in simulated machine: 100 mm of travel.
+    #[must_use]
+    pub const fn simulated() -> Self {
+        Self {
+            travel_mm: 100.0,
+            max_rate_mm_s: 50.0,
+            acceleration_mm_s2: 400.0,
+            steps_per_mm: 800.0,
+            repeatability_mm: 0.004,
+            following_error_mm: 0.005,
+        }
+    }
+
+    /// Names, values and permitted ranges of its numbers.
+    fn figures(&self) -> [(&'static str, f64, RangeInclusive<f64>); 6] {
+        [
+            ("z.travel_mm", self.travel_mm, 0.1..=5000.0),
+            ("z.max_rate_mm_s", self.max_rate_mm_s, 1e-3..=1e5),
+            ("z.acceleration_mm_s2", self.acceleration_mm_s2, 1e-3..=1e6),
+            ("z.steps_per_mm", self.steps_per_mm, 0.1..=1e6),
+            ("z.repeatability_mm", self.repeatability_mm, 0.0..=10.0),
+            ("z.following_error_mm", self.following_error_mm, 0.0..=10.0),
+        ]
+    }
 }
 
 /// Figures of a controller, measured at the machine.
@@ -140,6 +188,7 @@ impl MachineProfile {
             repeatability_mm: 0.004,
             contour_error_mm: 0.011_3,
             contour_error_source: Some(SIMULATED_CONTOUR.into()),
+            z: None,
             controller: None,
         }
     }
@@ -212,7 +261,8 @@ impl MachineProfile {
             ("repeatability_mm", self.repeatability_mm, 0.0..=10.0),
             ("contour_error_mm", self.contour_error_mm, 0.0..=10.0),
         ];
-        for (field, value, range) in sizes {
+        let of_z = self.z.iter().flat_map(ZProfile::figures);
+        for (field, value, range) in sizes.into_iter().chain(of_z) {
             if !range.contains(&value) {
                 return Err(MachineError::Figure { field, value, range });
             }

@@ -7,7 +7,7 @@ use std::marker::PhantomData;
 
 use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn, Vector};
+use keepout_kernel::{Arc, Curve, Height, Length, Point, Segment, Turn, Vector};
 use serde::de::{DeserializeOwned, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -60,6 +60,30 @@ impl Stored for Length {
     fn restore(units: Self::Form) -> Result<Self, impl Display> {
         Self::from_units(units.into())
     }
+}
+
+impl Stored for Height {
+    type Form = i32;
+
+    fn store(&self) -> Self::Form {
+        self.units()
+    }
+
+    fn restore(units: Self::Form) -> Result<Self, impl Display> {
+        Self::from_units(units.into())
+    }
+}
+
+/// Height zero: where the tool of a machine with two axes stands. Files leave it out.
+#[must_use]
+pub fn height_zero() -> Height {
+    Height::ZERO
+}
+
+/// Whether a file leaves the height out.
+#[must_use]
+pub fn is_height_zero(height: &Height) -> bool {
+    *height == Height::ZERO
 }
 
 impl Stored for Window {

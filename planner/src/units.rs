@@ -1,9 +1,11 @@
 //! Conversions between millimetres in `f64` and lattice units.
 
-use crate::{Box2, Mm2};
+use crate::{Box2, Mm2, Mm3};
 use keepout_kernel::curve::{nearest_point, nearest_unit};
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Arc, ArcView, Curve, LatticeError, Length, Point, UNITS_PER_MM, Vec2, Vector};
+use keepout_kernel::{
+    Arc, ArcView, Curve, Height, LatticeError, Length, Place, Point, UNITS_PER_MM, Vec2, Vector,
+};
 
 /// Converts a coordinate or length in lattice units to millimetres.
 #[must_use]
@@ -42,6 +44,28 @@ pub fn arc_mm(arc: &Arc) -> ArcView {
 /// [`LatticeError`] if a coordinate is not finite or beyond ±5.37 m.
 pub fn point_from_mm(Mm2 { x, y }: Mm2) -> Result<Point, LatticeError> {
     nearest_point(Vec2::new(x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM)))
+}
+
+/// A height nearest to `z` millimetres.
+///
+/// # Errors
+/// [`LatticeError`] if it is not finite or beyond ±5.37 m.
+pub fn height_from_mm(z: f64) -> Result<Height, LatticeError> {
+    Height::from_units(nearest_point(Vec2::new(0.0, z * f64::from(UNITS_PER_MM)))?.y.units().into())
+}
+
+/// The place nearest to a point of space in millimetres.
+///
+/// # Errors
+/// [`LatticeError`] if a coordinate is not finite or beyond ±5.37 m.
+pub fn place_from_mm(at: Mm3) -> Result<Place, LatticeError> {
+    Ok(point_from_mm(at.plane())?.at_height(height_from_mm(at.z)?))
+}
+
+/// A place in millimetres.
+#[must_use]
+pub fn place_mm(place: Place) -> Mm3 {
+    point_mm(place.point).at_height(mm(place.height.units()))
 }
 
 /// A length in millimetres, rounded *up* to the lattice: rounding never makes a clearance smaller.

@@ -21,11 +21,11 @@ use std::hash::BuildHasher;
 use std::sync::Arc;
 
 use keepout_guard::{
-    Certification, ContourMotion, DRAIN, Guard, Interpolation, OnCancel, PositionFeedback, QueryStamp, Rules,
-    State as GuardState, Time,
+    Certification, ContourMotion, DRAIN, Guard, HeightRules, Interpolation, OnCancel, PositionFeedback,
+    QueryStamp, Rules, State as GuardState, Time,
 };
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, ProhibitedRegion, Segment};
+use keepout_kernel::{Curve, Levels, ProhibitedRegion, Segment};
 
 use crate::controller::{Happening, MachineModel, MotionModel, RESOLUTION, Trouble};
 use crate::families::{at, length};
@@ -118,10 +118,11 @@ impl World {
             on_cancel: if self.drive.strays { OnCancel::MayStray } else { OnCancel::KeepsPath },
             contours: interpolation,
             checked: self.checked,
+            heights: HeightRules::TWO_AXES,
         };
-        let mut guard = Guard::new(Arc::clone(part), square::grown(self.coarser), rules);
+        let mut guard = Guard::new(flat(Arc::clone(part)), flat(square::grown(self.coarser)), rules);
         guard.learn_of_cancels(guard.rules().on_cancel, Some(QUICK));
-        guard.locate(at(self.start)).expect("the tool begins outside the part");
+        guard.locate(at(self.start).in_plane()).expect("the tool begins outside the part");
         guard
     }
 
@@ -174,6 +175,10 @@ impl World {
         }
         Explored { states: known.len(), ..explored }
     }
+}
+
+fn flat(part: Arc<ProhibitedRegion>) -> Arc<Levels> {
+    Arc::new(Levels::flat(part))
 }
 
 /// The steps to a state.
@@ -238,24 +243,24 @@ impl Node {
         let here = vec![self.plant.tool];
         match step {
             Step::Jog(to) => {
-                self.guard.jog(at(to), world.feed()).ok()?;
+                self.guard.jog(at(to).in_plane(), world.feed()).ok()?;
                 self.send(to);
             }
             Step::Retract(to) => {
-                self.guard.retract(at(to), world.feed()).ok()?;
+                self.guard.retract(at(to).in_plane(), world.feed()).ok()?;
                 self.send(to);
             }
             Step::Contour => {
                 self.budget[0] -= 1;
                 let line = |pair: &[Xy]| Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) });
-                let motion = |pair: &[Xy]| ContourMotion { curve: line(pair), feed_mm_min: 300 };
+                let motion = |pair: &[Xy]| ContourMotion::in_plane(line(pair), 300);
                 self.guard.begin_contour(world.contour.windows(2).map(motion).collect()).ok()?;
                 let certified = self.guard.certify_contour(usize::MAX).ok()?;
                 assert_eq!(certified, Certification::Done);
             }
             Step::Next => {
                 let to = self.guard.next_of_contour()?.target();
-                self.plant.wire.push_back(Sent::Line(plain(to)));
+                self.plant.wire.push_back(Sent::Line(plain(to.point)));
             }
             Step::Query => {
                 self.budget[1] -= 1;
@@ -308,8 +313,12 @@ impl Node {
             Some(HostMessage::Report(report)) => {
                 let StatusReport { place, in_position, queued, waiting, doubled } = report;
                 if let Some(stamp) = self.queries.pop_front() {
-                    let feedback =
-                        PositionFeedback { position: at(place), in_position, queued: Some(queued), waiting };
+                    let feedback = PositionFeedback {
+                        position: at(place).in_plane(),
+                        in_position,
+                        queued: Some(queued),
+                        waiting,
+                    };
                     self.ended |= self.guard.reported(&feedback, stamp, self.time()).is_err();
                     self.inside &= !self.guard.in_position() || self.guard.is_inside_jogging_clearance();
                 }

@@ -58,8 +58,8 @@ impl Decisions {
         let start = point_from_mm(start).map_err(|error| error.to_string())?;
         let on_machine: Point = start.translated(place.offset).map_err(|error| error.to_string())?;
         let settings = SimSettings {
-            work_offset_mm: Mm2::ZERO,
-            ..SimSettings::of(machine.clone(), point_mm(on_machine))
+            work_offset_mm: Mm2::ZERO.at_height(0.0),
+            ..SimSettings::of(machine.clone(), point_mm(on_machine).at_height(0.0))
         };
         let config = DialectConfig::of(&machine, place.offset);
         let options = Options {
@@ -150,10 +150,10 @@ impl Decisions {
         let position = supervisor.position();
         self.inputs += 1;
         if self.inputs.is_multiple_of(LOOK_EVERY) {
-            self.wall = position.and_then(|position| nearest_wall(supervisor.plan(), position));
+            self.wall = position.and_then(|position| nearest_wall(supervisor.plan(), position.point));
         }
         let seen = OperatorView {
-            position_mm: position.map(point_mm),
+            position_mm: position.map(|place| point_mm(place.point)),
             wall_mm: self.wall,
             part_box: self.part_box,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),

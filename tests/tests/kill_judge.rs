@@ -8,10 +8,10 @@ use keepout_executor::session::log::{Header, LogWriter};
 use keepout_executor::session::{Going, Sample, SampleKind};
 use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_kernel::Vector;
-use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
+use keepout_planner::{Mm2, Mm3};
 use keepout_sim::operator;
 use keepout_sim::session::{Scene, SimRun, run_scene};
 use keepout_tests::kills::{JudgedLog, Watched};
@@ -116,9 +116,10 @@ fn collision_monitor_reports_gouge_and_uncut_contour() {
     for share in [0.002, 0.5] {
         let mut inside = samples.clone();
         let (Mm2 { x: low_x, y: low_y }, Mm2 { x: high_x, y: high_y }) = box_of(&samples);
-        let Mm2 { x, y } = inside[from].position_mm;
+        let Mm3 { x, y, .. } = inside[from].position_mm;
         let toward = |at: f64, low: f64, high: f64| at + share * (f64::midpoint(low, high) - at);
-        inside[from].position_mm = Mm2::new(toward(x, low_x, high_x), toward(y, low_y, high_y));
+        inside[from].position_mm =
+            Mm2::new(toward(x, low_x, high_x), toward(y, low_y, high_y)).at_height(0.0);
         objects("the tool was in the part", judged(inside));
     }
 }
@@ -126,7 +127,7 @@ fn collision_monitor_reports_gouge_and_uncut_contour() {
 fn box_of(samples: &[Sample]) -> (Mm2, Mm2) {
     let (mut low, mut high) = (Mm2::new(f64::MAX, f64::MAX), Mm2::new(f64::MIN, f64::MIN));
     for sample in samples.iter().filter(|sample| sample.kind == SampleKind::Run) {
-        (low, high) = (low.min(sample.position_mm), high.max(sample.position_mm));
+        (low, high) = (low.min(sample.position_mm.plane()), high.max(sample.position_mm.plane()));
     }
     (low, high)
 }

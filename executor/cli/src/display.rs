@@ -76,7 +76,7 @@ impl Display {
             return;
         }
         let position = supervisor.position().map_or("position unknown".into(), |point| {
-            let Mm2 { x, y } = point_mm(point);
+            let Mm2 { x, y } = point_mm(point.point);
             let (x, y) = (self.unit.figure(x), self.unit.figure(y));
             format!("x {x:>9}  y {y:>9} {}", self.unit.symbol())
         });

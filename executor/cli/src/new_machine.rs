@@ -144,6 +144,7 @@ fn profile_of(
         arc_tolerance_mm: simulated.arc_tolerance_mm,
         repeatability_mm,
         contour_error_mm,
+        z: None,
         contour_error_source: Some("stated by hand with keepout machine new".into()),
         controller: Some(ControllerProfile {
             firmware: text_file::shown(

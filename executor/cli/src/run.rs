@@ -20,7 +20,7 @@ use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{point_from_mm, point_mm};
+use keepout_planner::units::{place_mm, point_from_mm};
 use keepout_sim::ServoConfig;
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 
@@ -343,7 +343,7 @@ fn on_port(
 fn reported(supervisor: &Supervisor, at: Time) -> Option<Sample> {
     let contouring = supervisor.phase() == Phase::Contouring;
     let kind = if contouring { SampleKind::Run } else { SampleKind::Jog };
-    Some(Sample { at, position_mm: point_mm(supervisor.position()?), kind })
+    Some(Sample { at, position_mm: place_mm(supervisor.position()?), kind })
 }
 
 /// Prints the summary, writes the output files, and returns the exit code.

@@ -102,10 +102,10 @@ impl Screen {
         let plan = supervisor.plan();
         let outline = self.outline.get_or_insert_with(|| Arc::new(outline_of(plan)));
         let outline = Arc::clone(outline);
-        let position_mm = supervisor.position().map(point_mm);
+        let position_mm = supervisor.position().map(|place| point_mm(place.point));
         let contouring = matches!(supervisor.phase(), Phase::Contouring | Phase::Holding);
         let clearance = if contouring { plan.finishing } else { plan.roughing };
-        let wall_mm = supervisor.position().and_then(|position| distance_to_part(plan, position));
+        let wall_mm = supervisor.position().and_then(|position| distance_to_part(plan, position.point));
         let wall_mm = wall_mm.map(|distance| (distance - mm(clearance.units())).max(0.0));
         self.follow(position_mm, now);
         self.take_notices(supervisor.notices());
@@ -197,7 +197,7 @@ fn headline(supervisor: &Supervisor, wall_mm: Option<f64>) -> Headline {
 fn at_the_end_of_travel(supervisor: &Supervisor) -> bool {
     let Some(position) = supervisor.position() else { return false };
     let (x0, y0, x1, y1) = supervisor.guard().rules().travel.corners();
-    let (x, y) = (position.x.units(), position.y.units());
+    let (x, y) = (position.point.x.units(), position.point.y.units());
     [x - x0, x1 - x, y - y0, y1 - y].into_iter().any(|room| mm(room) <= AT_WALL_MM)
 }
 

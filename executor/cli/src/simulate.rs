@@ -10,6 +10,7 @@ use std::time::Duration;
 use clap::Args;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::place_on_table;
+use keepout_kernel::{Height, Levels};
 use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_sim::monitor::CollisionMonitor;
@@ -91,11 +92,12 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
     let known = arguments.state.as_deref().map(state).transpose()?.flatten();
     let settings = SimSettings {
         homed: arguments.homed,
-        ..SimSettings::of(machine.clone(), known.unwrap_or(arguments.start_mm))
+        ..SimSettings::of(machine.clone(), known.unwrap_or(arguments.start_mm.at_height(0.0)))
     };
     let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
     let latency = Duration::from_millis(arguments.latency_ms);
-    let drives = drives(&arguments.drives)?.and_then(|servo| ServoDrive::new(&servo, settings.start_mm));
+    let drives =
+        drives(&arguments.drives)?.and_then(|servo| ServoDrive::new(&servo, settings.start_mm.plane()));
     let simulated =
         SimMachine::new(speaking(&dialect_name, settings), arguments.baud, latency, error).driven(drives);
     let records = Records {
@@ -124,7 +126,8 @@ fn monitor(
     let Some(path) = &arguments.monitor else { return Ok(None) };
     let plan = load(path, arguments.time)?;
     let place = place_on_table(&plan, machine, arguments.origin_mm)?;
-    Ok(Some(CollisionMonitor::new(plan.part, plan.plan.tool_radius, place.offset)))
+    let levels = Arc::new(Levels::flat(Arc::new(plan.part)));
+    Ok(Some(CollisionMonitor::new(levels, plan.plan.tool_radius, (place.offset, Height::ZERO))))
 }
 
 fn verdict(monitor: &CollisionMonitor) -> ExitCode {

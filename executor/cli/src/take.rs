@@ -205,7 +205,7 @@ impl Taking<'_> {
                 ));
             }
         }
-        let position = supervisor.position().map(point_mm);
+        let position = supervisor.position().map(|place| point_mm(place.point));
         self.show(position, now);
         if self.panel.taken() > self.seen {
             self.seen = self.panel.taken();
@@ -272,7 +272,7 @@ mod tests {
         let work = nothing_to_protect(&MachineProfile::simulated()).unwrap();
         for (x, y) in [(-1.0, -1.0), (-400.0, -350.0), (-200.0, -175.0)] {
             let at = point_from_mm(Mm2::new(x, y)).unwrap();
-            assert!(work.part().free_point(at, work.plan.roughing).is_ok());
+            assert!(work.plan.part.free_point(at, work.plan.roughing).is_ok());
         }
         assert!(work.plan.plan.machine.max_rate_mm_s <= SPEED_MM_S);
     }

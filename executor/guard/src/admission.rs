@@ -6,15 +6,15 @@
 
 use core::marker::PhantomData;
 
-use keepout_kernel::{FreePoint, Point};
+use keepout_kernel::{Height, Place};
 
 use crate::hull::Hull;
-use crate::{Certified, Guard, Interpolation, Refusal};
+use crate::{Certified, FreePlace, Guard, Interpolation, Refusal};
 
 /// A target that the guard has admitted. [`Admissions::jog`] consumes it.
 #[derive(Debug)]
 pub struct Admission<'a> {
-    target: FreePoint,
+    target: FreePlace,
     /// Makes `'a` invariant, so that the admission belongs to its own [`Admissions`].
     of: PhantomData<&'a mut &'a ()>,
 }
@@ -22,8 +22,8 @@ pub struct Admission<'a> {
 impl Admission<'_> {
     /// The target.
     #[must_use]
-    pub fn target(&self) -> Point {
-        self.target.point()
+    pub fn target(&self) -> Place {
+        self.target.place()
     }
 }
 
@@ -47,11 +47,12 @@ impl<'a> Admissions<'a> {
         self.guard
     }
 
-    /// Certifies a jog to `to`: the hull of the in-flight set and `to` is clear.
+    /// Certifies a jog to `to`: the hull of the in-flight set and `to` is clear of everything above the lowest
+    /// height of both.
     ///
     /// # Errors
     /// [`Refusal`] with the reason.
-    pub fn admit(&self, to: Point) -> Result<Admission<'a>, Refusal> {
+    pub fn admit(&self, to: Place) -> Result<Admission<'a>, Refusal> {
         let guard = &*self.guard;
         let confirmed = guard.ready(to)?;
         if guard.is_inside_jogging_clearance() {
@@ -61,12 +62,25 @@ impl<'a> Admissions<'a> {
         Ok(Admission { target, of: PhantomData })
     }
 
-    /// Certifies a retract move to `to`. It begins at rest, and comes nearer to no edge within the jogging
+    /// Certifies a rise to `height`, straight up from the last target. It is always permitted: what is clear at
+    /// a height is clear above it. This holds inside the jogging clearance, too.
+    ///
+    /// # Errors
+    /// [`Refusal`] with the reason.
+    pub fn admit_rise(&self, height: Height) -> Result<Admission<'a>, Refusal> {
+        let guard = &*self.guard;
+        let end = guard.end().ok_or(Refusal::PositionUnknown)?;
+        let confirmed = guard.ready(end.point().at_height(height))?;
+        let target = guard.set.admit_rise(confirmed, height)?;
+        Ok(Admission { target, of: PhantomData })
+    }
+
+    /// Certifies a retract move to `to`. It begins at rest, does not lower the tool, and comes nearer to no edge within the jogging
     /// clearance.
     ///
     /// # Errors
     /// [`Refusal`] with the reason.
-    pub fn admit_retract(&self, to: Point) -> Result<Admission<'a>, Refusal> {
+    pub fn admit_retract(&self, to: Place) -> Result<Admission<'a>, Refusal> {
         let guard = &*self.guard;
         let confirmed = guard.ready(to)?;
         if !guard.is_inside_jogging_clearance() {
@@ -75,13 +89,17 @@ impl<'a> Admissions<'a> {
         if !guard.in_position() {
             return Err(Refusal::InMotion);
         }
-        let way = to.minus(confirmed.point());
+        if to.height < confirmed.height {
+            return Err(Refusal::LowersNearPart(to.height));
+        }
+        let way = to.point.minus(confirmed.point());
         if guard.rules.interpolation == Interpolation::Independent && way.dx != 0 && way.dy != 0 {
             return Err(Refusal::Slanted(confirmed.point()));
         }
         let within = guard.rules.jogging_clearance;
-        let target = guard.exact.retract(confirmed, to, within).map_err(Refusal::Blocked)?;
-        Ok(Admission { target, of: PhantomData })
+        let part = guard.set.present(&guard.exact);
+        let free = part.retract(confirmed.free, to.point, within).map_err(Refusal::Blocked)?;
+        Ok(Admission { target: FreePlace { free, height: to.height }, of: PhantomData })
     }
 
     /// Counts an admitted jog or retract move as sent.

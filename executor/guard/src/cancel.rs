@@ -8,8 +8,8 @@
 //! if its file states so.
 //!
 //! *Not path-keeping.* The controller may leave its path while it brakes. The tool stops within its stopping
-//! distance of where the cancel reached it, in any direction. The guard admits a cancel only if the hull,
-//! grown by that distance, is clear. The set keeps the growth, and the guard admits no jog, until the tool is
+//! distance of where the cancel reached it, in any direction, also downward. The guard admits a cancel only if
+//! the hull, grown by that distance, is clear of what stands above the lowest height less that distance. The set keeps the growth, and the guard admits no jog, until the tool is
 //! at rest. A refused cancel is not sent: the jogs run to their certified targets, a short way ahead. A
 //! described controller belongs here unless its file states otherwise.
 //!
@@ -23,12 +23,12 @@
 //! cancel just after the first had stopped it.
 
 use keepout_kernel::exact::segment::{Window, points_within};
-use keepout_kernel::{FreePoint, Length, ProhibitedRegion};
+use keepout_kernel::{Height, Length, Levels};
 
 use crate::evidence::Evidence;
 use crate::in_flight::{BELIEVED, InFlight, clear_box};
 use crate::motion::CertifiedCancel;
-use crate::{Guard, Interpolation, Refusal};
+use crate::{FreePlace, Guard, Interpolation, Refusal};
 
 /// Behaviour of the tool when a jog is cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,8 +125,9 @@ impl InFlight {
     /// Certifies that the hull or box of the set is clear for a tool that may be up to `stray` outside it.
     /// The guard believes reports up to twice the resolution beyond that, so the certificate includes this
     /// distance.
-    fn admit_stray(&self, part: &ProhibitedRegion, stray: Length) -> Result<(), Refusal> {
+    fn admit_stray(&self, levels: &Levels, stray: Length) -> Result<(), Refusal> {
         let confirmed = self.confirmed.ok_or(Refusal::PositionUnknown)?;
+        let part = self.region(levels, self.lowest_after(stray)?);
         let reach = self.believed(stray).saturating_plus(confirmed.threshold());
         let place = part.free_point(confirmed.point(), reach).map_err(Refusal::Blocked)?;
         let clear = match self.interpolation {
@@ -136,11 +137,16 @@ impl InFlight {
                 part.polygon(place, polygon, place.point()).map(drop)
             }
             Interpolation::Independent => {
-                let window = self.points().map(|free| Window::of(free.point())).reduce(Window::union);
+                let window = self.places().map(|place| Window::of(place.point())).reduce(Window::union);
                 clear_box(part, place, window.ok_or(Refusal::PositionUnknown)?)
             }
         };
         clear.map_err(Refusal::Blocked)
+    }
+
+    /// The lowest height of a tip that may be up to `stray` below the set.
+    fn lowest_after(&self, stray: Length) -> Result<Height, Refusal> {
+        Ok(self.lowest().ok_or(Refusal::PositionUnknown)?.lowered(stray))
     }
 
     /// Greatest distance from the hull at which the guard believes a report, if the tool may be up to `stray`
@@ -155,13 +161,17 @@ impl InFlight {
     /// rest there.
     pub(crate) fn reported_after_cancel(
         &mut self,
-        part: &ProhibitedRegion,
+        levels: &Levels,
         evidence: &Evidence<'_>,
     ) -> Result<bool, Refusal> {
         let position = evidence.feedback.position;
-        let off = Refusal::OffCertified(position);
-        let foot = self.nearest_in_set(position).ok_or(off)?;
-        if points_within(foot, position, self.believed(self.stray)).is_clear() {
+        let off = Refusal::OffCertified(position.point);
+        let foot = self.nearest_in_set(position.point).ok_or(off)?;
+        let lowest = self.lowest_after(self.stray)?;
+        let height = lowest.max(position.height);
+        if points_within(foot, position.point, self.believed(self.stray)).is_clear()
+            || !self.heights.agree(position.height, height, BELIEVED)
+        {
             return Err(off);
         }
         if !evidence.rests() {
@@ -171,8 +181,14 @@ impl InFlight {
         if !self.rests_again(position) {
             return Ok(false);
         }
-        let place: FreePoint = self.reached(part, position).ok_or(off)?;
-        self.place(Some(place));
+        // The set may be certified at a higher level only, so the position is asked anew.
+        let confirmed = self.confirmed.ok_or(off)?;
+        let part = self.region(levels, height);
+        let free = match self.reached(part, position.point) {
+            Some(free) => free,
+            None => part.free_point(position.point, confirmed.threshold()).map_err(|_| off)?,
+        };
+        self.place(Some(FreePlace { free, height }));
         Ok(true)
     }
 }

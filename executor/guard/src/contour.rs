@@ -4,19 +4,53 @@ use alloc::vec::Vec;
 
 use keepout_kernel::exact::segment::{Orientation, Window, orientation, points_within};
 use keepout_kernel::offset::{Gouge, GougeCause, certify_path, shortest_arc};
-use keepout_kernel::{Arc, Curve, FreePoint, Length, Point, Turn};
+use keepout_kernel::{Arc, Curve, FreePoint, Height, Length, Place, Point, Turn};
 
 use crate::evidence::Evidence;
-use crate::in_flight::{BELIEVED, BEYOND, clear_box};
-use crate::{Certified, Guard, Interpolation, Motion, Refusal};
+use crate::in_flight::{BELIEVED, BEYOND, at_level, clear_box};
+use crate::{Certified, FreePlace, Guard, HeightRules, Interpolation, Motion, Refusal};
 
 /// A motion of a contour, as the controller gets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContourMotion {
-    /// The line or arc.
+    /// The line or arc. A line of length zero is a plunge or a rise.
     pub curve: Curve,
+    /// The heights at its start and at its end. The height changes evenly along the curve.
+    pub heights: [Height; 2],
     /// The feed, mm/min.
     pub feed_mm_min: u32,
+}
+
+impl ContourMotion {
+    /// A motion at height zero: of a machine with two axes.
+    #[must_use]
+    pub const fn in_plane(curve: Curve, feed_mm_min: u32) -> Self {
+        Self { curve, heights: [Height::ZERO; 2], feed_mm_min }
+    }
+
+    /// The start.
+    #[must_use]
+    pub fn from(&self) -> Place {
+        self.curve.from().at_height(self.heights[0])
+    }
+
+    /// The end.
+    #[must_use]
+    pub fn to(&self) -> Place {
+        self.curve.to().at_height(self.heights[1])
+    }
+
+    /// The lower of its two heights: no point of the motion is lower.
+    #[must_use]
+    pub fn lowest(&self) -> Height {
+        self.heights[0].min(self.heights[1])
+    }
+
+    /// Whether a report gives a height of this motion, to `count` resolutions.
+    fn passes(&self, height: Height, rules: &HeightRules, count: i64) -> bool {
+        let nearest = height.clamp(self.lowest(), self.heights[0].max(self.heights[1]));
+        rules.agree(height, nearest, count)
+    }
 }
 
 /// A contour that the guard certifies and then hands out.
@@ -26,7 +60,7 @@ pub(crate) struct Contour {
     /// Number of certified motions, from the first.
     certified: usize,
     /// End of the certified motions.
-    reached: FreePoint,
+    reached: FreePlace,
     /// Number of motions handed out.
     sent: usize,
     /// Index of the first motion on which the tool can still be.
@@ -43,7 +77,7 @@ impl Contour {
         ([self.certified, self.sent, self.first], [self.rests_seen, self.stops_seen])
     }
 
-    pub(crate) fn end(&self) -> FreePoint {
+    pub(crate) fn end(&self) -> FreePlace {
         self.reached
     }
 }
@@ -78,15 +112,17 @@ impl Guard {
             return Err(Refusal::InMotion);
         }
         let confirmed = self.set.confirmed.ok_or(Refusal::PositionUnknown)?;
-        let Some(first) = motions.first().map(|motion| motion.curve) else {
+        let Some(first) = motions.first().map(ContourMotion::from) else {
             return Err(Refusal::PositionUnknown);
         };
-        let near = !points_within(first.from(), confirmed.point(), self.rules.resolution).is_clear();
+        let near = !points_within(first.point, confirmed.point(), self.rules.resolution).is_clear()
+            && self.rules.heights.agree(first.height, confirmed.height, 1);
         if !near {
-            return Err(Refusal::OffCertified(first.from()));
+            return Err(Refusal::OffCertified(first.point));
         }
-        let reached =
-            self.exact.free_point(first.from(), self.rules.finishing_clearance).map_err(Refusal::Blocked)?;
+        let part = self.exact.at(self.rules.heights.certified_for(first.height));
+        let free = part.free_point(first.point, self.rules.finishing_clearance).map_err(Refusal::Blocked)?;
+        let reached = FreePlace { free, height: first.height };
         self.contour =
             Some(Contour { motions, certified: 0, reached, sent: 0, first: 0, rests_seen: 0, stops_seen: 0 });
         Ok(())
@@ -102,28 +138,41 @@ impl Guard {
         let Some(mut contour) = self.contour.take() else { return Err(Refusal::PositionUnknown) };
         let all = contour.motions.len();
         for index in contour.certified..all.min(contour.certified.saturating_add(count)) {
-            let curve = contour.motions[index].curve;
-            contour.reached = self.certify_motion(index, &curve, contour.reached)?;
+            let motion = contour.motions[index];
+            contour.reached = self.certify_motion(index, &motion, contour.reached)?;
             contour.certified = index + 1;
         }
         let certified = contour.certified;
         let answer = if certified < all {
             Certification::Under { done: certified, all }
         } else {
-            let end = self.simplified.free_point(contour.reached.point(), self.rules.jogging_clearance);
-            contour.reached = end.map_err(Refusal::Blocked)?;
+            let Place { point, height } = contour.reached.place();
+            let part = self.simplified.at(self.rules.heights.certified_for(height));
+            let free = part.free_point(point, self.rules.jogging_clearance).map_err(Refusal::Blocked)?;
+            contour.reached = FreePlace { free, height };
             Certification::Done
         };
         self.contour = Some(contour);
         Ok(answer)
     }
 
-    fn certify_motion(&self, index: usize, curve: &Curve, from: FreePoint) -> Result<FreePoint, Refusal> {
-        if curve.from() != from.point() {
+    /// Certifies a motion against everything that stands above its lowest height.
+    fn certify_motion(
+        &self,
+        index: usize,
+        motion: &ContourMotion,
+        from: FreePlace,
+    ) -> Result<FreePlace, Refusal> {
+        let curve = &motion.curve;
+        if motion.from() != from.place() {
             let gouge = Gouge { index, at: from.point(), cause: GougeCause::Discontinuous };
             return Err(Refusal::Gouge(gouge));
         }
         self.within_travel(curve)?;
+        if let Some(&height) = motion.heights.iter().find(|&&height| !self.rules.heights.permit(height)) {
+            return Err(Refusal::HeightLimit(height));
+        }
+        let part = self.exact.at(self.rules.heights.certified_for(motion.lowest()));
         match (self.rules.contours, curve) {
             (Interpolation::Linear, Curve::Arc(arc)) if is_too_short(arc) => {
                 return Err(Refusal::ArcTooShort(arc.from()));
@@ -135,12 +184,15 @@ impl Guard {
             (Interpolation::Independent, Curve::Arc(arc)) => return Err(Refusal::Slanted(arc.from())),
             (Interpolation::Independent, Curve::Line(line)) => {
                 let window = Window::of(line.from).including(line.to);
-                clear_box(&self.exact, from, window).map_err(Refusal::Blocked)?;
+                let start = at_level(part, from.free).map_err(Refusal::Blocked)?;
+                clear_box(part, start, window).map_err(Refusal::Blocked)?;
             }
         }
-        let end = certify_path(&self.exact, self.rules.finishing_clearance, core::slice::from_ref(curve));
+        let end = certify_path(part, self.rules.finishing_clearance, core::slice::from_ref(curve));
         let end = end.map_err(|gouge| Refusal::Gouge(Gouge { index, ..gouge }))?;
-        end.and_then(|end| end.lowered(self.rules.finishing_clearance)).ok_or(Refusal::PositionUnknown)
+        let free = end.and_then(|end: FreePoint| end.lowered(self.rules.finishing_clearance));
+        let height = motion.heights[1];
+        free.map(|free| FreePlace { free, height }).ok_or(Refusal::PositionUnknown)
     }
 
     fn within_travel(&self, curve: &Curve) -> Result<(), Refusal> {
@@ -176,12 +228,12 @@ impl Guard {
         if contour.certified < contour.motions.len() {
             return None;
         }
-        let &ContourMotion { curve, feed_mm_min } = contour.motions.get(contour.sent)?;
+        let &ContourMotion { curve, heights, feed_mm_min } = contour.motions.get(contour.sent)?;
         contour.sent += 1;
         contour.rests_seen = 0;
         self.sent += 1;
         self.set.moving();
-        Some(Certified { motion: Motion::Contour { curve, feed_mm_min } })
+        Some(Certified { motion: Motion::Contour { curve, heights, feed_mm_min } })
     }
 
     /// Number of motions of the contour that were sent, and number of all its motions.
@@ -206,6 +258,7 @@ impl Guard {
     pub(crate) fn reported_in_contour(&mut self, evidence: &Evidence<'_>) -> Result<(), Refusal> {
         let feedback = evidence.feedback;
         let (resolution, interpolation) = (self.rules.resolution, self.rules.contours);
+        let (heights, Place { point, height }) = (self.rules.heights, feedback.position);
         let Some(contour) = self.contour.as_mut() else { return Ok(()) };
         if contour.sent == 0 {
             return Ok(());
@@ -214,19 +267,24 @@ impl Guard {
         // The first motion begins where the tool was reported at rest, so its tolerance is larger. Each other
         // motion begins where the motion before it ended.
         let tolerance = |k: usize| if k == 0 { self.set.resolutions(BELIEVED) } else { resolution };
-        let on = (contour.first..last)
-            .find(|&k| lies_on(feedback.position, &contour.motions[k].curve, tolerance(k), interpolation));
-        contour.first = on.ok_or(Refusal::OffCertified(feedback.position))?;
+        let on = (contour.first..last).find(|&k| {
+            let motion = &contour.motions[k];
+            lies_on(point, &motion.curve, tolerance(k), interpolation)
+                && motion.passes(height, &heights, if k == 0 { BELIEVED } else { 1 })
+        });
+        contour.first = on.ok_or(Refusal::OffCertified(point))?;
         let rests = evidence.rests();
         let reached = contour.motions.get(contour.sent - 1).is_some_and(|motion| {
-            !points_within(motion.curve.to(), feedback.position, self.set.resolutions(BEYOND)).is_clear()
+            !points_within(motion.curve.to(), point, self.set.resolutions(BEYOND)).is_clear()
+                && heights.agree(motion.heights[1], height, BEYOND)
         });
         contour.stops_seen = if rests && !reached { contour.stops_seen.saturating_add(1) } else { 0 };
         if contour.stops_seen >= 2 {
-            return Err(Refusal::Dropped(feedback.position));
+            return Err(Refusal::Dropped(point));
         }
         let done = contour.sent == contour.motions.len();
-        let arrived = !points_within(contour.reached.point(), feedback.position, resolution).is_clear();
+        let arrived = !points_within(contour.reached.point(), point, resolution).is_clear()
+            && heights.agree(contour.reached.height, height, 1);
         if !(rests && done && arrived) {
             contour.rests_seen = 0;
             return Ok(());

@@ -1,6 +1,6 @@
 //! TRUSTED. Evidence: a status report, and what is known of the query that it answers.
 
-use keepout_kernel::Point;
+use keepout_kernel::Place;
 
 use crate::{Guard, Time};
 
@@ -8,7 +8,7 @@ use crate::{Guard, Time};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PositionFeedback {
     /// The reported position.
-    pub position: Point,
+    pub position: Place,
     /// Whether the controller reports that it is at rest and waits for commands.
     pub in_position: bool,
     /// Number of motions in the controller's queue. `None` when the report does not state it.

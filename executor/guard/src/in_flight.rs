@@ -6,6 +6,12 @@
 //! ([`Interpolation::Independent`]) it is the smallest box along the axes. In both cases a motion from a
 //! point of the hull to a target in the set stays in the hull.
 //!
+//! **Height.** The tool is a cylinder from its tip upward. The set keeps the lowest height of its places, and
+//! the hull is clear of everything that stands above that height, less the height margin. The tool moves from
+//! a height to the height of a target, so it comes no lower (`lowest_height_suffices`). The lowest height
+//! rises only when a place leaves the set by evidence. A rise needs no query: what is clear at a height is
+//! clear above it (`levels_are_monotone`).
+//!
 //! **Position error.** Let e be the resolution: the greatest distance of a report from the commanded position
 //! of the tool. The guard believes a report up to 2e from the hull. The nearest point of the hull becomes the
 //! confirmed position, which is then at most 3e from the tool. The next motion begins at the tool and leads
@@ -13,7 +19,9 @@
 //! the confirmed position if it is free. It is at most e from the tool, so errors do not add up.
 //!
 //! The margin M covers e. The distance that jogs keep beyond M covers the other 2e, because it is at least
-//! 2e. Rounding to the lattice moves a nearest point by less than a unit. Each comparison of distances adds a
+//! 2e. A report changes the confirmed height only upward from the lowest height. So the tip is never more than
+//! the resolution of heights below the lowest height, and the height margin holds this term. Rounding to the
+//! lattice moves a nearest point by less than a unit. Each comparison of distances adds a
 //! unit for each rounding, and the margin has a term for the lattice.
 
 use alloc::collections::VecDeque;
@@ -21,11 +29,13 @@ use core::cell::Cell;
 use core::time::Duration;
 
 use keepout_kernel::exact::segment::{Window, points_within};
-use keepout_kernel::{Blocked, Edge, FreePoint, Length, Point, ProhibitedRegion, Segment, Vector};
+use keepout_kernel::{
+    Blocked, Edge, FreePoint, Height, Length, Levels, Place, Point, ProhibitedRegion, Segment, Vector,
+};
 
 use crate::evidence::Evidence;
 use crate::hull::Hull;
-use crate::{Refusal, Rules, Time};
+use crate::{FreePlace, HeightRules, Refusal, Rules, Time};
 
 /// How a controller drives to a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +49,7 @@ pub enum Interpolation {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     pub(crate) number: u64,
-    pub(crate) target: FreePoint,
+    pub(crate) target: FreePlace,
 }
 
 /// Greatest number of lines in flight.
@@ -67,10 +77,12 @@ pub(crate) struct InFlight {
     /// Whether a checksum protects reports. One report is then evidence. Without a checksum the guard needs
     /// two, because damage can turn a report into another valid report.
     pub(crate) checked: bool,
+    /// The rules of the third axis.
+    pub(crate) heights: HeightRules,
     /// The confirmed position: where the tool was at the last report. `None` while the position is unknown.
-    pub(crate) confirmed: Option<FreePoint>,
+    pub(crate) confirmed: Option<FreePlace>,
     /// The confirmed position before that one. `None` with a checksum, because one report is then evidence.
-    pub(crate) before: Option<FreePoint>,
+    pub(crate) before: Option<FreePlace>,
     pub(crate) lines: VecDeque<Line>,
     /// Lines up to this number had left the queue when a report arrived at this time. Both ascend.
     pub(crate) left_queue: VecDeque<(u64, Time)>,
@@ -84,7 +96,7 @@ pub(crate) struct InFlight {
     /// Number of reports at rest in a row that agree.
     pub(crate) rests_seen: u8,
     /// Position of the last report at rest. `None` after a motion.
-    pub(crate) rested_at: Option<Point>,
+    pub(crate) rested_at: Option<Place>,
     /// Highest feed of a line since the tool was last in position, mm/min.
     pub(crate) fastest: u32,
     /// Number of lines sent when the last cancel left. `None` without a cancel since the tool was last in
@@ -93,9 +105,9 @@ pub(crate) struct InFlight {
     /// Greatest distance of the tool from the hull after a cancel that may have led it off its path.
     /// Otherwise zero.
     pub(crate) stray: Length,
-    /// The edge that blocked the last refused target. The guard checks it first, because it mostly blocks
-    /// again.
-    in_the_way: Cell<Option<Edge>>,
+    /// The edge that blocked the last refused target, and its level. The guard checks it first, because it
+    /// mostly blocks again.
+    in_the_way: Cell<Option<(Edge, u16)>>,
 }
 
 impl InFlight {
@@ -104,6 +116,7 @@ impl InFlight {
             interpolation: rules.interpolation,
             resolution: rules.resolution,
             checked: rules.checked,
+            heights: rules.heights,
             confirmed: None,
             before: None,
             lines: VecDeque::with_capacity(LINES_MAX),
@@ -120,17 +133,32 @@ impl InFlight {
         }
     }
 
-    pub(crate) fn points(&self) -> impl Iterator<Item = FreePoint> + Clone + '_ {
-        self.points_up_to(self.lines.len())
+    pub(crate) fn places(&self) -> impl Iterator<Item = FreePlace> + Clone + '_ {
+        self.places_up_to(self.lines.len())
     }
 
     /// The confirmed positions and the targets of the first `count` lines.
-    fn points_up_to(&self, count: usize) -> impl Iterator<Item = FreePoint> + Clone + '_ {
+    fn places_up_to(&self, count: usize) -> impl Iterator<Item = FreePlace> + Clone + '_ {
         let lines = self.lines.iter().take(count).map(|line| line.target);
         self.before.into_iter().chain(self.confirmed).chain(lines)
     }
 
-    pub(crate) fn place(&mut self, confirmed: Option<FreePoint>) {
+    /// The lowest height of the set. `None` while the position is unknown.
+    pub(crate) fn lowest(&self) -> Option<Height> {
+        self.places().map(FreePlace::height).min()
+    }
+
+    /// The prohibited region for a set whose lowest height is `lowest`.
+    pub(crate) fn region<'a>(&self, levels: &'a Levels, lowest: Height) -> &'a ProhibitedRegion {
+        levels.at(self.heights.certified_for(lowest))
+    }
+
+    /// The prohibited region of the present set.
+    pub(crate) fn present<'a>(&self, levels: &'a Levels) -> &'a ProhibitedRegion {
+        self.region(levels, self.lowest().unwrap_or(Height::LOWEST))
+    }
+
+    pub(crate) fn place(&mut self, confirmed: Option<FreePlace>) {
         self.confirmed = confirmed;
         self.before = None;
         self.lines.clear();
@@ -151,29 +179,41 @@ impl InFlight {
 
     /// The convex hull of the set. `None` without points, and when [`Hull::of`] fails.
     pub(crate) fn hull(&self) -> Option<Hull> {
-        Hull::of(self.points().map(FreePoint::point))
+        Hull::of(self.places().map(FreePlace::point))
     }
 
-    /// Certifies that the hull of the set and `to` is clear. `hull` is the hull of the present set.
+    /// Certifies that the hull of the set and `to` is clear of what stands above the lowest height of both.
+    /// `hull` is the hull of the present set.
     pub(crate) fn admit(
         &self,
-        part: &ProhibitedRegion,
+        levels: &Levels,
         hull: Option<&Hull>,
-        confirmed: FreePoint,
-        to: Point,
-    ) -> Result<FreePoint, Refusal> {
+        confirmed: FreePlace,
+        to: Place,
+    ) -> Result<FreePlace, Refusal> {
+        let lowest = self.lowest().map_or(to.height, |lowest| lowest.min(to.height));
+        let part = self.region(levels, lowest);
+        let start = at_level(part, confirmed.free).map_err(Refusal::Blocked)?;
         let outcome = match self.interpolation {
-            Interpolation::Linear => self.admit_line(part, hull, confirmed, to),
+            Interpolation::Linear => self.admit_line(part, hull, start, to.point),
             Interpolation::Independent => {
-                let points = self.points().map(FreePoint::point);
-                let window = points.fold(Window::of(to), Window::including);
-                clear_box(part, confirmed, window).and_then(|()| part.motion(confirmed, to))
+                let points = self.places().map(FreePlace::point);
+                let window = points.fold(Window::of(to.point), Window::including);
+                clear_box(part, start, window).and_then(|()| part.motion(start, to.point))
             }
         };
         if let Err(Blocked::ByEdge(edge)) = outcome {
-            self.in_the_way.set(Some(edge));
+            self.in_the_way.set(Some((edge, part.level())));
         }
-        outcome.map_err(Refusal::Blocked)
+        let free = outcome.map_err(Refusal::Blocked)?;
+        Ok(FreePlace { free, height: to.height })
+    }
+
+    /// The last target at a greater height. It needs no query: the set stays the same but for its heights, and
+    /// its lowest height does not fall.
+    pub(crate) fn admit_rise(&self, confirmed: FreePlace, height: Height) -> Result<FreePlace, Refusal> {
+        let end = self.lines.back().map_or(confirmed, |line| line.target);
+        if height <= end.height { Err(Refusal::NoRise(height)) } else { Ok(FreePlace { height, ..end }) }
     }
 
     /// Certifies the hull of the old hull and the new target, all of it. The points of the set must have one
@@ -182,38 +222,60 @@ impl InFlight {
         &self,
         part: &ProhibitedRegion,
         hull: Option<&Hull>,
-        confirmed: FreePoint,
+        start: FreePoint,
         to: Point,
     ) -> Result<FreePoint, Blocked> {
-        let threshold = confirmed.threshold();
-        if let Some(other) = self.points().find(|free| free.threshold() != threshold) {
+        let threshold = start.threshold();
+        if let Some(other) = self.places().find(|place| place.threshold() != threshold) {
             return Err(Blocked::StartTooNear(other.point()));
         }
-        let unknown = Blocked::StartTooNear(confirmed.point());
+        let unknown = Blocked::StartTooNear(start.point());
         let hull = hull.ok_or(unknown)?;
         // The last blocking edge mostly blocks again. The motions from the old corners to the target lie in
-        // the new hull, so an edge near one of them blocks the hull.
+        // the new hull, so an edge near one of them blocks the hull. An edge of another level may be none of
+        // this level.
         let near = |edge: &Edge, from: Point| !edge.near_motion(Segment { from, to }, threshold).is_clear();
         let still = |edge: &Edge| hull.sides().any(|(from, _)| near(edge, from));
-        if let Some(edge) = self.in_the_way.get().filter(still) {
+        let known = self.in_the_way.get().filter(|&(_, level)| level == part.level());
+        if let Some(edge) = known.map(|(edge, _)| edge).filter(still) {
             return Err(Blocked::ByEdge(edge));
         }
         let hull = hull.with(to).ok_or(unknown)?;
-        part.polygon(confirmed, hull.polygon().ok_or(unknown)?, to)
+        part.polygon(start, hull.polygon().ok_or(unknown)?, to)
     }
 
     /// The point of the hull nearest to the reported position, certified as the new confirmed position.
-    fn snap(&self, part: &ProhibitedRegion, position: Point) -> Snap {
-        let Some(foot) = self.nearest_in_set(position) else { return Snap::Off };
+    fn snap(&self, part: &ProhibitedRegion, position: Place) -> Snap {
+        let Some(foot) = self.nearest_in_set(position.point) else { return Snap::Off };
         let believed = self.resolutions(BELIEVED).saturating_plus(Length::small(1));
-        if points_within(foot, position, believed).is_clear() {
+        if points_within(foot, position.point, believed).is_clear() {
             return Snap::Off;
         }
+        let beyond = self.height_beyond(position.height, self.lines.len());
+        if beyond > i64::from(self.heights.resolution.units()) * BELIEVED {
+            return Snap::Off;
+        }
+        let height = self.confirmed_height(position.height);
         // Rounding can put the foot inside the threshold. A neighbour on the lattice then serves as well.
         let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| Vector { dx, dy }));
         let tries = core::iter::once(Vector { dx: 0, dy: 0 }).chain(around);
         let mut places = tries.filter_map(|step| foot.translated(step).ok());
-        places.find_map(|place| self.reached(part, place)).map_or(Snap::Keep, Snap::At)
+        let free = places.find_map(|place| self.reached(part, place));
+        free.map_or(Snap::Keep, |free| Snap::At(FreePlace { free, height }))
+    }
+
+    /// The height that a report confirms: the reported one, but not below the lowest height of the set.
+    fn confirmed_height(&self, reported: Height) -> Height {
+        self.lowest().map_or(reported, |lowest| lowest.max(reported))
+    }
+
+    /// Distance of the height from the heights of the confirmed positions and the first `count` targets,
+    /// lattice units. Zero between them.
+    fn height_beyond(&self, height: Height, count: usize) -> i64 {
+        let heights = || self.places_up_to(count).map(|place| i64::from(place.height.units()));
+        let height = i64::from(height.units());
+        let below = heights().min().map_or(0, |lowest| lowest - height);
+        below.max(heights().max().map_or(0, |highest| height - highest)).max(0)
     }
 
     pub(crate) fn resolutions(&self, count: i64) -> Length {
@@ -229,7 +291,7 @@ impl InFlight {
     fn nearest(&self, position: Point, count: usize) -> Option<Point> {
         match self.interpolation {
             Interpolation::Linear => {
-                let hull = Hull::of(self.points_up_to(count).map(FreePoint::point));
+                let hull = Hull::of(self.places_up_to(count).map(FreePlace::point));
                 hull.and_then(|hull| hull.nearest(position))
             }
             Interpolation::Independent => self.window(count).and_then(|window| nearest_in(window, position)),
@@ -237,7 +299,7 @@ impl InFlight {
     }
 
     fn window(&self, count: usize) -> Option<Window> {
-        self.points_up_to(count).map(|free| Window::of(free.point())).reduce(Window::union)
+        self.places_up_to(count).map(|place| Window::of(place.point())).reduce(Window::union)
     }
 
     /// The place as a free point, if the motion to it from one point of the set is clear.
@@ -245,7 +307,7 @@ impl InFlight {
     /// One clear motion is enough, because the motion that the tool made was certified before. Rounding can
     /// block the motion from the confirmed position to a far target by a unit.
     pub(crate) fn reached(&self, part: &ProhibitedRegion, place: Point) -> Option<FreePoint> {
-        self.points().find_map(|point| part.motion(point, place).ok())
+        self.places().find_map(|from| part.motion(from.free, place).ok())
     }
 
     /// Takes a report as evidence. `all` states whether the controller acknowledged every line before the
@@ -253,19 +315,16 @@ impl InFlight {
     ///
     /// Returns whether the tool is certainly at rest at the confirmed position. The set then holds only that
     /// position.
-    pub(crate) fn reported(
-        &mut self,
-        part: &ProhibitedRegion,
-        evidence: &Evidence<'_>,
-    ) -> Result<bool, Refusal> {
+    pub(crate) fn reported(&mut self, levels: &Levels, evidence: &Evidence<'_>) -> Result<bool, Refusal> {
         let feedback = evidence.feedback;
         if self.stray > Length::ZERO {
-            return self.reported_after_cancel(part, evidence);
+            return self.reported_after_cancel(levels, evidence);
         }
+        let part = self.present(levels);
         let confirmed = match self.snap(part, feedback.position) {
             Snap::At(confirmed) => confirmed,
             Snap::Keep => return Ok(false),
-            Snap::Off => return Err(Refusal::OffCertified(feedback.position)),
+            Snap::Off => return Err(Refusal::OffCertified(feedback.position.point)),
         };
         let rests = evidence.rests();
         let passed = if rests { 0 } else { self.passed(feedback.position, evidence.asked) };
@@ -280,28 +339,35 @@ impl InFlight {
         Ok(false)
     }
 
-    fn settle(&mut self, part: &ProhibitedRegion, position: Point) -> bool {
-        let near = |other: Point| !points_within(other, position, self.resolution).is_clear();
-        let arrived = self.lines.back().is_none_or(|line| near(line.target.point()));
+    fn settle(&mut self, part: &ProhibitedRegion, position: Place) -> bool {
+        let arrived = self.lines.back().is_none_or(|line| self.agrees(line.target.place(), position));
         let again = self.rests_again(position);
         let enough = again || self.checked && arrived;
         if enough {
+            let height = self.confirmed_height(position.height);
             self.before = None;
             self.lines.clear();
             self.left_queue.clear();
             self.refused = 0;
             self.fastest = 0;
             self.cancelled = None;
-            self.confirmed = self.reached(part, position).or(self.confirmed);
+            let free = self.reached(part, position.point);
+            let known = |known: FreePlace| FreePlace { free: free.unwrap_or(known.free), height };
+            self.confirmed = self.confirmed.map(known);
         }
         enough
     }
 
+    /// Whether two places are the same to the resolution.
+    fn agrees(&self, one: Place, other: Place) -> bool {
+        !points_within(one.point, other.point, self.resolution).is_clear()
+            && self.heights.agree(one.height, other.height, 1)
+    }
+
     /// Counts a report at rest. Returns whether the report before it was at rest at the same place, to the
     /// resolution.
-    pub(crate) fn rests_again(&mut self, position: Point) -> bool {
-        let near = |other: Point| !points_within(other, position, self.resolution).is_clear();
-        let again = self.rested_at.is_some_and(near);
+    pub(crate) fn rests_again(&mut self, position: Place) -> bool {
+        let again = self.rested_at.is_some_and(|other| self.agrees(other, position));
         self.rests_seen = if again { self.rests_seen.saturating_add(1) } else { 1 };
         self.rested_at = Some(position);
         self.rests_seen >= 2
@@ -313,7 +379,7 @@ impl InFlight {
     /// executed if it had left the queue at a report that arrived [`DRAIN`] before this query left. The clock
     /// may have jumped in that time. So the line stays until the tool is reported where it can be only after
     /// a later line has begun.
-    fn passed(&mut self, position: Point, asked: Time) -> u64 {
+    fn passed(&mut self, position: Place, asked: Time) -> u64 {
         let before = self.executed;
         while let Some(&(number, arrived)) = self.left_queue.front()
             && asked >= arrived.after(DRAIN)
@@ -330,10 +396,12 @@ impl InFlight {
     }
 
     /// Whether the tool is where it can be only after a line behind the first `count` has begun.
-    fn is_beyond(&self, position: Point, count: usize) -> bool {
+    fn is_beyond(&self, position: Place, count: usize) -> bool {
         let reach = self.resolutions(BEYOND).saturating_plus(Length::small(2));
-        let nearest = self.nearest(position, count);
-        nearest.is_some_and(|place| points_within(place, position, reach).is_clear())
+        let nearest = self.nearest(position.point, count);
+        let aside = nearest.is_some_and(|place| points_within(place, position.point, reach).is_clear());
+        let height_reach = i64::from(self.heights.resolution.units()) * BEYOND + 2;
+        aside || self.height_beyond(position.height, count) > height_reach
     }
 
     /// Takes the queue length from a report. A rejected line does not count as one that left the queue,
@@ -353,8 +421,8 @@ impl InFlight {
 
 /// The effect of a report on the confirmed position.
 enum Snap {
-    /// The confirmed position moves to this point.
-    At(FreePoint),
+    /// The confirmed position moves to this place.
+    At(FreePlace),
     /// The confirmed position stays. The reported position is near enough to the hull, but no lattice point
     /// there is clear.
     Keep,
@@ -366,6 +434,12 @@ fn nearest_in(window: Window, position: Point) -> Option<Point> {
     let (x0, y0, x1, y1) = window.corners();
     let (x, y) = (position.x.units().clamp(x0, x1), position.y.units().clamp(y0, y1));
     Point::from_units(x.into(), y.into()).ok()
+}
+
+/// The free point as one of this region. A certificate of a higher level does not hold here: the region is
+/// asked anew.
+pub(crate) fn at_level(part: &ProhibitedRegion, from: FreePoint) -> Result<FreePoint, Blocked> {
+    if from.level() < part.level() { part.free_point(from.point(), from.threshold()) } else { Ok(from) }
 }
 
 /// Certifies that a box is clear at the threshold of a free point in it. No edge comes near the box, so the

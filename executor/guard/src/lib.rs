@@ -21,6 +21,12 @@
 //! read. The smallest buffer is GRBL's: 127 bytes. It holds a line of at most 63 bytes, even if the line
 //! arrives twice. The dialect refuses to write a longer line.
 //!
+//! **Height.** Every certificate holds for a tool whose tip is at the lowest height of the in-flight set, less
+//! the height margin: the prohibited region of that height is the union of everything that stands above it.
+//! Lowering is certified like any motion. Rising is always permitted. The lowest height rises by evidence only.
+//! The tool is a cylinder from its tip upward: shank and holder are outside this claim. A machine with two
+//! axes has one level, and its tool stands at height zero.
+//!
 //! **Retracting.** When the tool is inside the jogging clearance but not in the part, the guard admits single
 //! retract moves. On a retract move the tool comes nearer to no edge within the jogging clearance.
 //!
@@ -29,10 +35,10 @@
 //! ```
 //! use std::sync::Arc;
 //!
-//! use keepout_guard::{Guard, Interpolation, OnCancel, Refusal, Rules};
+//! use keepout_guard::{Guard, HeightRules, Interpolation, OnCancel, Refusal, Rules};
 //! use keepout_kernel::exact::lattice::UNITS_PER_MM;
 //! use keepout_kernel::exact::segment::Window;
-//! use keepout_kernel::{Length, Point, ProhibitedRegion, Region, Ring, Side};
+//! use keepout_kernel::{Length, Levels, Point, ProhibitedRegion, Region, Ring, Side};
 //!
 //! let mm = i64::from(UNITS_PER_MM);
 //! let at = |x, y| Point::from_units(x * mm, y * mm).unwrap();
@@ -40,6 +46,7 @@
 //! let square = Ring::new(vec![at(0, 0), at(10, 0), at(10, 10), at(0, 10)]).unwrap();
 //! let outline = Region::new(vec![square]).unwrap();
 //! let part = Arc::new(ProhibitedRegion::new(outline, Side::Outside).unwrap());
+//! let part = Arc::new(Levels::flat(part));
 //! let rules = Rules {
 //!     travel: Window::of(at(-50, -50)).including(at(50, 50)),
 //!     jogging_clearance: length(4 * mm),
@@ -50,11 +57,12 @@
 //!     on_cancel: OnCancel::KeepsPath,
 //!     contours: Interpolation::Linear,
 //!     checked: true,
+//!     heights: HeightRules::TWO_AXES,
 //! };
 //! let mut guard = Guard::new(Arc::clone(&part), part, rules);
-//! guard.locate(at(-5, 5)).unwrap();
-//! assert!(guard.jog(at(-5, 20), 600).is_ok());
-//! assert!(matches!(guard.jog(at(15, 5), 600), Err(Refusal::Blocked(_))));
+//! guard.locate(at(-5, 5).in_plane()).unwrap();
+//! assert!(guard.jog(at(-5, 20).in_plane(), 600).is_ok());
+//! assert!(matches!(guard.jog(at(15, 5).in_plane(), 600), Err(Refusal::Blocked(_))));
 //! ```
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
@@ -65,10 +73,13 @@ mod admission;
 mod cancel;
 mod contour;
 mod evidence;
+#[cfg(test)]
+mod height_tests;
 mod hull;
 mod in_flight;
 mod motion;
 mod open_space;
+mod place;
 mod rules;
 mod state;
 #[cfg(test)]
@@ -86,10 +97,11 @@ pub use evidence::{PositionFeedback, QueryStamp};
 pub use hull::Hull;
 pub use in_flight::{DRAIN, Interpolation};
 use in_flight::{InFlight, LINES_MAX, Line};
-use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
+use keepout_kernel::{Height, Length, Levels, Place, Point, ProhibitedRegion};
 pub use motion::{Certified, CertifiedCancel, Motion, Refusal};
 pub use open_space::guard_in_open_space;
-pub use rules::Rules;
+pub use place::FreePlace;
+pub use rules::{HeightRules, Rules};
 pub use state::State;
 pub use time::Time;
 
@@ -98,10 +110,10 @@ pub use time::Time;
 /// The guarantees hold only if one guard commands the controller. A copy is for state exploration only.
 #[derive(Clone, Debug)]
 pub struct Guard {
-    exact: Arc<ProhibitedRegion>,
-    /// Simplified outline: fewer edges, and a little larger. A motion that is clear of it is clear of the
+    exact: Arc<Levels>,
+    /// Simplified outlines: fewer edges, and a little larger. A motion that is clear of them is clear of the
     /// part.
-    simplified: Arc<ProhibitedRegion>,
+    simplified: Arc<Levels>,
     rules: Rules,
     set: InFlight,
     sent: u64,
@@ -114,12 +126,11 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// A guard for `part`. `simplified` is the part or its [simplified
-    /// outline](ProhibitedRegion::simplified).
+    /// A guard for `part`. `simplified` is the part or its [simplified outlines](Levels::simplified).
     ///
     /// The guard certifies jogs against `simplified`. It certifies contours and retract moves against `part`.
     #[must_use]
-    pub fn new(part: Arc<ProhibitedRegion>, simplified: Arc<ProhibitedRegion>, rules: Rules) -> Self {
+    pub fn new(part: Arc<Levels>, simplified: Arc<Levels>, rules: Rules) -> Self {
         Self {
             exact: part,
             simplified,
@@ -133,10 +144,23 @@ impl Guard {
         }
     }
 
-    /// The part for jogs: the simplified outline.
+    /// The part for jogs at the lowest height of the in-flight set: the simplified outline.
     #[must_use]
     pub fn part(&self) -> &ProhibitedRegion {
-        &self.simplified
+        self.set.present(&self.simplified)
+    }
+
+    /// The part for jogs that lead to `height`: the simplified outline at the lower of that height and the
+    /// lowest height of the in-flight set.
+    #[must_use]
+    pub fn part_for(&self, height: Height) -> &ProhibitedRegion {
+        self.set.region(&self.simplified, self.lowest().map_or(height, |lowest| lowest.min(height)))
+    }
+
+    /// The lowest height of the in-flight set. `None` while the position is unknown.
+    #[must_use]
+    pub fn lowest(&self) -> Option<Height> {
+        self.set.lowest()
     }
 
     /// The rules of this guard.
@@ -160,7 +184,7 @@ impl Guard {
     /// # Errors
     /// [`Refusal::Blocked`] when the tool is in the part, [`Refusal::InMotion`] with lines in flight or a
     /// contour.
-    pub fn locate(&mut self, position: Point) -> Result<(), Refusal> {
+    pub fn locate(&mut self, position: Place) -> Result<(), Refusal> {
         if !self.set.lines.is_empty() || self.contour.is_some() {
             return Err(Refusal::InMotion);
         }
@@ -171,19 +195,23 @@ impl Guard {
 
     /// The point as a free point at the jogging clearance. A point nearer to the part gets its own distance
     /// from the part as the threshold.
-    fn free_place(&self, position: Point) -> Result<FreePoint, Refusal> {
-        self.simplified.free_point(position, self.rules.jogging_clearance).or_else(|blocked| {
-            let clearance = self.exact.clearance(position).ok_or(Refusal::Blocked(blocked))?;
+    fn free_place(&self, position: Place) -> Result<FreePlace, Refusal> {
+        let Place { point, height } = position;
+        let tip = self.rules.heights.certified_for(height);
+        let (simplified, exact) = (self.simplified.at(tip), self.exact.at(tip));
+        let free = simplified.free_point(point, self.rules.jogging_clearance).or_else(|blocked| {
+            let clearance = exact.clearance(point).ok_or(Refusal::Blocked(blocked))?;
             let below = Length::from_units(i64::from(self.rules.jogging_clearance.units()) - 1)
                 .unwrap_or(Length::ZERO);
-            self.exact.free_point(position, clearance.min(below)).map_err(Refusal::Blocked)
-        })
+            exact.free_point(point, clearance.min(below)).map_err(Refusal::Blocked)
+        });
+        Ok(FreePlace { free: free?, height })
     }
 
     /// The last certified target: the end of the certified motions of the contour, or the target of the last
     /// jog. It is the confirmed position when neither is in flight.
     #[must_use]
-    pub fn end(&self) -> Option<FreePoint> {
+    pub fn end(&self) -> Option<FreePlace> {
         if let Some(contour) = &self.contour {
             return Some(contour.end());
         }
@@ -192,20 +220,20 @@ impl Guard {
 
     /// The confirmed position of the tool. `None` while the position is unknown.
     #[must_use]
-    pub fn confirmed(&self) -> Option<FreePoint> {
+    pub fn confirmed(&self) -> Option<FreePlace> {
         self.set.confirmed
     }
 
     /// The in-flight set: the confirmed position, then the targets in flight, in order. Without a checksum,
     /// the confirmed position before it can come first.
     pub fn in_flight(&self) -> impl Iterator<Item = Point> + '_ {
-        self.set.points().map(FreePoint::point)
+        self.set.places().map(FreePlace::point)
     }
 
     /// The confirmed position, then the targets in flight of the lines after line `number`, in order.
     pub fn way_after(&self, number: u64) -> impl Iterator<Item = Point> + '_ {
         let lines = self.set.lines.iter().filter(move |line| line.number > number);
-        self.set.confirmed.into_iter().chain(lines.map(|line| line.target)).map(FreePoint::point)
+        self.set.confirmed.into_iter().chain(lines.map(|line| line.target)).map(FreePlace::point)
     }
 
     /// Number of lines sent since the guard was made.
@@ -260,27 +288,36 @@ impl Guard {
     }
 
     /// The confirmed position, if the guard can consider a jog to `to`.
-    fn ready(&self, to: Point) -> Result<FreePoint, Refusal> {
+    fn ready(&self, to: Place) -> Result<FreePlace, Refusal> {
         if self.contour.is_some() || self.set.stray > Length::ZERO {
             return Err(Refusal::InMotion);
         }
         let confirmed = self.set.confirmed.ok_or(Refusal::PositionUnknown)?;
-        if !self.rules.travel.holds(to) {
-            return Err(Refusal::SoftLimit(to));
+        if !self.rules.travel.holds(to.point) {
+            return Err(Refusal::SoftLimit(to.point));
+        }
+        if !self.rules.heights.permit(to.height) {
+            return Err(Refusal::HeightLimit(to.height));
         }
         if !self.takes_lines() {
             return Err(Refusal::Full);
         }
-        let way = to.minus(self.set.lines.back().map_or(confirmed, |line| line.target).point());
+        let from = self.set.lines.back().map_or(confirmed, |line| line.target).place();
+        let way = to.point.minus(from.point);
         let short = way.dx.abs().max(way.dy.abs()) < self.rules.shortest.units();
-        if short { Err(Refusal::TooShort) } else { Ok(confirmed) }
+        let climb = i64::from(to.height.units()) - i64::from(from.height.units());
+        if short && (climb == 0 || climb.abs() < i64::from(self.rules.heights.shortest.units())) {
+            Err(Refusal::TooShort)
+        } else {
+            Ok(confirmed)
+        }
     }
 
     /// Certifies a jog to `to` and counts it as sent.
     ///
     /// # Errors
     /// [`Refusal`] with the reason. The jog must not be sent.
-    pub fn jog(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
+    pub fn jog(&mut self, to: Place, feed_mm_min: u32) -> Result<Certified, Refusal> {
         let admissions = self.admissions();
         let admission = admissions.admit(to)?;
         Ok(admissions.jog(admission, feed_mm_min))
@@ -290,19 +327,29 @@ impl Guard {
     ///
     /// # Errors
     /// [`Refusal`] with the reason. The retract move must not be sent.
-    pub fn retract(&mut self, to: Point, feed_mm_min: u32) -> Result<Certified, Refusal> {
+    pub fn retract(&mut self, to: Place, feed_mm_min: u32) -> Result<Certified, Refusal> {
         let admissions = self.admissions();
         let admission = admissions.admit_retract(to)?;
         Ok(admissions.jog(admission, feed_mm_min))
     }
 
-    fn send_jog(&mut self, target: FreePoint, feed_mm_min: u32) -> Certified {
+    /// Certifies a rise to `height` and counts it as sent.
+    ///
+    /// # Errors
+    /// [`Refusal`] with the reason. The rise must not be sent.
+    pub fn rise(&mut self, height: Height, feed_mm_min: u32) -> Result<Certified, Refusal> {
+        let admissions = self.admissions();
+        let admission = admissions.admit_rise(height)?;
+        Ok(admissions.jog(admission, feed_mm_min))
+    }
+
+    fn send_jog(&mut self, target: FreePlace, feed_mm_min: u32) -> Certified {
         self.sent += 1;
         self.set.moving();
         self.set.fastest = self.set.fastest.max(feed_mm_min);
         let line = Line { number: self.sent, target };
         self.set.lines.push_back(line);
-        Certified { motion: Motion::Jog { to: target.point(), feed_mm_min } }
+        Certified { motion: Motion::Jog { to: target.place(), feed_mm_min } }
     }
 
     /// Counts an acknowledgement of the oldest line.
@@ -375,13 +422,13 @@ impl Guard {
         if self.set.confirmed.is_none() {
             return Ok(());
         }
-        let part = if self.is_inside_jogging_clearance() { &*self.exact } else { &*self.simplified };
-        let in_position = self.set.reported(part, &evidence)?;
+        let levels = if self.is_inside_jogging_clearance() { &*self.exact } else { &*self.simplified };
+        let in_position = self.set.reported(levels, &evidence)?;
         if in_position
             && self.is_inside_jogging_clearance()
             && let Some(confirmed) = self.set.confirmed
         {
-            self.set.confirmed = Some(self.free_place(confirmed.point()).unwrap_or(confirmed));
+            self.set.confirmed = Some(self.free_place(confirmed.place()).unwrap_or(confirmed));
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use keepout_kernel::offset::Gouge;
-use keepout_kernel::{Blocked, Curve, Point};
+use keepout_kernel::{Blocked, Curve, Height, Place, Point};
 
 /// A certified motion. Only the guard makes one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,13 +11,13 @@ pub struct Certified {
     pub(crate) motion: Motion,
 }
 
-/// A motion of the tool centre, in drawing coordinates.
+/// A motion of the tool's tip, in drawing coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
     /// A jog from the current position. It can be cancelled.
     Jog {
         /// The target.
-        to: Point,
+        to: Place,
         /// The feed, mm/min.
         feed_mm_min: u32,
     },
@@ -25,6 +25,8 @@ pub enum Motion {
     Contour {
         /// The line or arc. It begins where the one before it ended.
         curve: Curve,
+        /// The heights at its start and at its end. The height changes evenly along the curve.
+        heights: [Height; 2],
         /// The feed, mm/min.
         feed_mm_min: u32,
     },
@@ -39,10 +41,10 @@ impl Certified {
 
     /// The end point.
     #[must_use]
-    pub fn target(&self) -> Point {
+    pub fn target(&self) -> Place {
         match &self.motion {
             Motion::Jog { to, .. } => *to,
-            Motion::Contour { curve, .. } => curve.to(),
+            Motion::Contour { curve, heights, .. } => curve.to().at_height(heights[1]),
         }
     }
 }
@@ -68,6 +70,12 @@ pub enum Refusal {
     Gouge(Gouge),
     /// The target is beyond the machine's travel.
     SoftLimit(Point),
+    /// The target is above or below the machine's travel.
+    HeightLimit(Height),
+    /// The motion lowers the tool inside the jogging clearance.
+    LowersNearPart(Height),
+    /// The motion does not raise the tool.
+    NoRise(Height),
     /// The position of the tool is unknown, or there is no contour to run.
     PositionUnknown,
     /// The tool is inside the jogging clearance, and this motion or cancel needs it outside.
@@ -106,6 +114,11 @@ impl fmt::Display for Refusal {
             Self::Blocked(by) => by.fmt(f),
             Self::Gouge(by) => by.fmt(f),
             Self::SoftLimit(at) => write!(f, "{at} is beyond the machine's travel"),
+            Self::HeightLimit(height) => write!(f, "height {height} is beyond the machine's travel"),
+            Self::LowersNearPart(height) => {
+                write!(f, "the tool is inside the jogging clearance and must not be lowered to {height}")
+            }
+            Self::NoRise(height) => write!(f, "height {height} does not raise the tool"),
             Self::PositionUnknown => f.write_str("the position of the tool is unknown"),
             Self::InsideJoggingClearance => f.write_str("the tool is inside the jogging clearance"),
             Self::ClearOfPart => f.write_str("the tool is clear of the part: a retract move is not needed"),

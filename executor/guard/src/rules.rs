@@ -1,7 +1,7 @@
 //! TRUSTED. The rules of one session: travel, clearances, and how the controller moves.
 
-use keepout_kernel::Length;
 use keepout_kernel::exact::segment::Window;
+use keepout_kernel::{Height, Length};
 
 use crate::{Interpolation, OnCancel};
 
@@ -28,4 +28,51 @@ pub struct Rules {
     pub contours: Interpolation,
     /// Whether a checksum protects the line in both directions.
     pub checked: bool,
+    /// The third axis.
+    pub heights: HeightRules,
+}
+
+/// Rules for the height of the tool's tip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HeightRules {
+    /// Lowest permitted height.
+    pub lowest: Height,
+    /// Greatest permitted height.
+    pub highest: Height,
+    /// Height margin: how far the tip can be below its commanded height. The guard certifies a tip lower by
+    /// this much.
+    pub margin: Length,
+    /// Greatest distance of a reported height from the commanded height.
+    pub resolution: Length,
+    /// Least change of height that the controller queues for certain: at least two steps.
+    pub shortest: Length,
+}
+
+impl HeightRules {
+    /// A machine with two axes: the tool stands at height zero.
+    pub const TWO_AXES: Self = Self {
+        lowest: Height::ZERO,
+        highest: Height::ZERO,
+        margin: Length::ZERO,
+        resolution: Length::ZERO,
+        shortest: Length::ZERO,
+    };
+
+    /// Whether the height is permitted.
+    #[must_use]
+    pub fn permit(&self, height: Height) -> bool {
+        self.lowest <= height && height <= self.highest
+    }
+
+    /// The lowest place of a tip that is commanded to this height: the guard certifies for this tip.
+    #[must_use]
+    pub fn certified_for(&self, height: Height) -> Height {
+        height.lowered(self.margin)
+    }
+
+    /// Whether two heights differ by at most `count` resolutions.
+    pub(crate) fn agree(&self, one: Height, other: Height, count: i64) -> bool {
+        let apart = (i64::from(one.units()) - i64::from(other.units())).abs();
+        apart <= i64::from(self.resolution.units()) * count
+    }
 }

@@ -2,24 +2,24 @@
 
 use alloc::vec::Vec;
 
-use keepout_kernel::{FreePoint, Length, Point};
+use keepout_kernel::{Length, Place};
 
 use crate::contour::ContourCounts;
-use crate::{Guard, Time};
+use crate::{FreePlace, Guard, Time};
 
 /// All changing parts of a guard, except the edge that it checks first. That edge only makes a refusal
 /// faster.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct State {
-    confirmed: Option<(Point, i32)>,
-    before: Option<(Point, i32)>,
-    lines: Vec<(u64, Point)>,
+    confirmed: Option<(Place, i32, u16)>,
+    before: Option<(Place, i32, u16)>,
+    lines: Vec<(u64, Place)>,
     left_queue: Vec<(u64, Time)>,
     left: [u64; 3],
-    rests: (u8, Option<Point>),
+    rests: (u8, Option<Place>),
     cancelled: (Option<u64>, u32, i32),
     counts: [u64; 3],
-    contour: Option<(ContourCounts, Point)>,
+    contour: Option<(ContourCounts, Place)>,
 }
 
 impl Guard {
@@ -33,17 +33,17 @@ impl Guard {
     #[must_use]
     pub fn state(&self) -> State {
         let set = &self.set;
-        let place = |free: FreePoint| (free.point(), free.threshold().units());
+        let place = |free: FreePlace| (free.place(), free.threshold().units(), free.free().level());
         State {
             confirmed: set.confirmed.map(place),
             before: set.before.map(place),
-            lines: set.lines.iter().map(|line| (line.number, line.target.point())).collect(),
+            lines: set.lines.iter().map(|line| (line.number, line.target.place())).collect(),
             left_queue: set.left_queue.iter().copied().collect(),
             left: [set.left_before, set.executed, set.refused],
             rests: (set.rests_seen, set.rested_at),
             cancelled: (set.cancelled, set.fastest, set.stray.units()),
             counts: [self.sent, self.acknowledged, self.read],
-            contour: self.contour.as_ref().map(|contour| (contour.counts(), contour.end().point())),
+            contour: self.contour.as_ref().map(|contour| (contour.counts(), contour.end().place())),
         }
     }
 }

@@ -4,7 +4,7 @@ use alloc::sync::Arc;
 
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::exact::segment::{Window, points_within};
-use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side};
+use keepout_kernel::{Curve, Height, Length, Levels, Point, ProhibitedRegion, Region, Ring, Segment, Side};
 
 use crate::{Time, *};
 
@@ -28,8 +28,9 @@ fn guard_of(interpolation: Interpolation, checked: bool) -> Guard {
         on_cancel: OnCancel::KeepsPath,
         contours: interpolation,
         checked,
+        heights: HeightRules::TWO_AXES,
     };
-    let part = Arc::new(part);
+    let part = Arc::new(Levels::flat(Arc::new(part)));
     Guard::new(Arc::clone(&part), part, rules)
 }
 
@@ -44,11 +45,11 @@ fn no_execution_of_admitted_lines_comes_near_the_part() {
     let (mut admitted, mut refused) = (0_u32, 0_u32);
     for _ in 0..400 {
         let mut guard = guard();
-        guard.locate(at(-3000, random.i64(-3000..10_000))).unwrap();
+        guard.locate(at(-3000, random.i64(-3000..10_000)).in_plane()).unwrap();
         let mut tool = guard.end().unwrap().point();
         for _ in 0..6 {
             let target = at(random.i64(-4000..14_000), random.i64(-4000..11_000));
-            match guard.jog(target, 600) {
+            match guard.jog(target.in_plane(), 600) {
                 Ok(_) => admitted += 1,
                 Err(_) => refused += 1,
             }
@@ -76,32 +77,32 @@ fn no_execution_of_admitted_lines_comes_near_the_part() {
 #[test]
 fn guard_admits_no_jog_without_a_position() {
     let mut guard = guard();
-    assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
-    assert!(matches!(guard.locate(at(100, 100)), Err(Refusal::Blocked(_))));
-    guard.locate(at(-200, 100)).unwrap();
+    assert_eq!(guard.jog(at(-1000, 0).in_plane(), 600), Err(Refusal::PositionUnknown));
+    assert!(matches!(guard.locate(at(100, 100).in_plane()), Err(Refusal::Blocked(_))));
+    guard.locate(at(-200, 100).in_plane()).unwrap();
     assert!(guard.is_inside_jogging_clearance());
-    assert_eq!(guard.jog(at(-900, 100), 600), Err(Refusal::InsideJoggingClearance));
-    guard.locate(at(-1000, 0)).unwrap();
-    assert_eq!(guard.jog(at(-30_000, 0), 600), Err(Refusal::SoftLimit(at(-30_000, 0))));
-    assert_eq!(guard.jog(at(-1003, -3), 600), Err(Refusal::TooShort));
-    guard.jog(at(-1000, 900), 600).unwrap();
+    assert_eq!(guard.jog(at(-900, 100).in_plane(), 600), Err(Refusal::InsideJoggingClearance));
+    guard.locate(at(-1000, 0).in_plane()).unwrap();
+    assert_eq!(guard.jog(at(-30_000, 0).in_plane(), 600), Err(Refusal::SoftLimit(at(-30_000, 0))));
+    assert_eq!(guard.jog(at(-1003, -3).in_plane(), 600), Err(Refusal::TooShort));
+    guard.jog(at(-1000, 900).in_plane(), 600).unwrap();
     assert!(guard.refused() && !guard.refused() && guard.unacknowledged() == 0);
-    assert_eq!(guard.locate(at(-1000, 0)), Err(Refusal::InMotion));
+    assert_eq!(guard.locate(at(-1000, 0).in_plane()), Err(Refusal::InMotion));
     guard.forget();
-    assert_eq!(guard.jog(at(-1000, 0), 600), Err(Refusal::PositionUnknown));
+    assert_eq!(guard.jog(at(-1000, 0).in_plane(), 600), Err(Refusal::PositionUnknown));
 }
 
 #[test]
 fn rejected_line_stays_in_the_set_for_its_duplicate() {
     let mut guard = guard_of(Interpolation::Linear, false);
-    guard.locate(at(-1000, 0)).unwrap();
-    guard.jog(at(-1000, 2000), 600).unwrap();
+    guard.locate(at(-1000, 0).in_plane()).unwrap();
+    guard.jog(at(-1000, 2000).in_plane(), 600).unwrap();
     assert!(guard.refused());
-    assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full), "it may still be unread");
+    assert_eq!(guard.jog(at(-1000, 3000).in_plane(), 600), Err(Refusal::Full), "it may still be unread");
     // The controller accepted the duplicate, so it is in the queue. The line after it must not count as one
     // that left the queue.
     sees(&mut guard, &feedback(at(-1000, 100), false, 1), 0);
-    guard.jog(at(-1000, 3000), 600).unwrap();
+    guard.jog(at(-1000, 3000).in_plane(), 600).unwrap();
     guard.acknowledged().unwrap();
     for (ms, y) in [(20, 110), (600, 400), (1200, 700), (1800, 1000)] {
         sees(&mut guard, &feedback(at(-1000, y), false, 2), ms);
@@ -116,11 +117,11 @@ fn rejected_line_stays_in_the_set_for_its_duplicate() {
 #[test]
 fn rejected_line_is_not_counted_as_completed() {
     let mut guard = guard_of(Interpolation::Linear, false);
-    guard.locate(at(-1000, 0)).unwrap();
-    guard.jog(at(-1000, 2000), 600).unwrap();
+    guard.locate(at(-1000, 0).in_plane()).unwrap();
+    guard.jog(at(-1000, 2000).in_plane(), 600).unwrap();
     guard.acknowledged().unwrap();
     sees(&mut guard, &feedback(at(-1000, 0), false, 1), 0);
-    guard.jog(at(-3000, 2000), 600).unwrap();
+    guard.jog(at(-3000, 2000).in_plane(), 600).unwrap();
     assert!(guard.refused());
     // The controller answered two lines and has one motion in its queue. The tool is reported off its path.
     for (x, y, ms) in [(-1050, 1000, 20), (-1200, 1100, 600), (-1400, 1210, 1200), (-1600, 1320, 1800)] {
@@ -130,7 +131,7 @@ fn rejected_line_is_not_counted_as_completed() {
 }
 
 fn feedback(position: Point, in_position: bool, queued: usize) -> PositionFeedback {
-    PositionFeedback { position, in_position, queued: Some(queued), waiting: false }
+    PositionFeedback { position: position.in_plane(), in_position, queued: Some(queued), waiting: false }
 }
 
 fn time(ms: u64) -> Time {
@@ -146,9 +147,9 @@ fn sees(guard: &mut Guard, feedback: &PositionFeedback, ms: u64) {
 #[test]
 fn targets_leave_only_by_evidence() {
     let mut guard = guard();
-    guard.locate(at(-1000, 0)).unwrap();
+    guard.locate(at(-1000, 0).in_plane()).unwrap();
     let before = guard.stamp(time(0));
-    guard.jog(at(-1000, 2000), 600).unwrap();
+    guard.jog(at(-1000, 2000).in_plane(), 600).unwrap();
     // A report at rest is no evidence if its query left before the line or before its acknowledgement.
     for _ in 0..3 {
         guard.reported(&feedback(at(-1000, 0), true, 0), before, time(50)).unwrap();
@@ -159,7 +160,7 @@ fn targets_leave_only_by_evidence() {
     }
     guard.acknowledged().unwrap();
     assert_eq!(guard.acknowledged(), Err(Refusal::UnexpectedAcknowledgement));
-    guard.jog(at(-1000, 4000), 600).unwrap();
+    guard.jog(at(-1000, 4000).in_plane(), 600).unwrap();
     guard.acknowledged().unwrap();
     // The first block has left the planner queue. Its execution is certain only after the drain time.
     let stamp = guard.stamp(time(100));
@@ -183,8 +184,8 @@ fn targets_leave_only_by_evidence() {
 #[test]
 fn position_off_the_certified_set_is_refused() {
     let mut guard = guard();
-    guard.locate(at(-1000, 0)).unwrap();
-    guard.jog(at(-1000, 2000), 600).unwrap();
+    guard.locate(at(-1000, 0).in_plane()).unwrap();
+    guard.jog(at(-1000, 2000).in_plane(), 600).unwrap();
     let stamp = guard.stamp(Time::ZERO);
     assert!(guard.reported(&feedback(at(-1004, 500), false, 1), stamp, Time::ZERO).is_ok());
     assert!(guard.reported(&feedback(at(-1010, 500), false, 1), stamp, Time::ZERO).is_ok());
@@ -204,19 +205,19 @@ fn take_contour(guard: &mut Guard, curves: Vec<ContourMotion>) -> Result<(), Ref
 #[test]
 fn contour_is_certified_whole_and_handed_out_one_by_one() {
     let mut guard = guard();
-    guard.locate(at(-310, 0)).unwrap();
-    let line = |from, to| ContourMotion { curve: Curve::Line(Segment { from, to }), feed_mm_min: 300 };
+    guard.locate(at(-310, 0).in_plane()).unwrap();
+    let line = |from, to| ContourMotion::in_plane(Curve::Line(Segment { from, to }), 300);
     let (p, q, r) = (at(-310, 0), at(-301, 3000), at(-310, 6000));
     let gouge = vec![line(p, at(-280, 3000)), line(at(-280, 3000), r)];
     assert!(matches!(take_contour(&mut guard, gouge), Err(Refusal::Gouge(gouge)) if gouge.index == 0));
     let jump = vec![line(q, r)];
     assert_eq!(take_contour(&mut guard, jump), Err(Refusal::OffCertified(q)));
     take_contour(&mut guard, vec![line(p, q), line(q, r)]).unwrap();
-    assert_eq!(guard.next_of_contour().unwrap().target(), q);
+    assert_eq!(guard.next_of_contour().unwrap().target(), q.in_plane());
     assert_eq!(guard.next_of_contour(), None, "not before the acknowledgement");
-    assert_eq!(guard.jog(p, 600), Err(Refusal::InMotion));
+    assert_eq!(guard.jog(p.in_plane(), 600), Err(Refusal::InMotion));
     guard.acknowledged().unwrap();
-    assert_eq!(guard.next_of_contour().unwrap().target(), r);
+    assert_eq!(guard.next_of_contour().unwrap().target(), r.in_plane());
     guard.acknowledged().unwrap();
     let stamp = guard.stamp(Time::ZERO);
     guard.reported(&feedback(r, true, 0), stamp, Time::ZERO).unwrap();
@@ -231,21 +232,21 @@ fn contour_is_certified_whole_and_handed_out_one_by_one() {
 fn tool_at_rest_at_its_target_is_in_position_although_the_motion_to_it_is_blocked() {
     let mut guard = guard();
     let time = time(1);
-    guard.locate(at(-301, -500)).unwrap();
-    guard.jog(at(-301, 7200), 600).unwrap();
+    guard.locate(at(-301, -500).in_plane()).unwrap();
+    guard.jog(at(-301, 7200).in_plane(), 600).unwrap();
     guard.acknowledged().unwrap();
     // Rounded toward the wall, beyond the reach of the corner. The point is free, but the motion along the
     // wall is blocked.
-    guard.set.confirmed =
-        Some(guard.part().free_point(at(-280, -120), Length::from_units(300).unwrap()).unwrap());
+    let free = guard.part().free_point(at(-280, -120), Length::from_units(300).unwrap()).unwrap();
+    guard.set.confirmed = Some(FreePlace { free, height: Height::ZERO });
     let confirmed = guard.set.confirmed.unwrap();
-    assert!(guard.part().motion(confirmed, at(-301, 7200)).is_err());
+    assert!(guard.part().motion(confirmed.free(), at(-301, 7200)).is_err());
     for _ in 0..2 {
         let stamp = guard.stamp(time);
         guard.reported(&feedback(at(-304, 7198), true, 0), stamp, time).unwrap();
     }
     assert!(guard.in_position());
-    guard.jog(at(-900, 7200), 600).unwrap();
+    guard.jog(at(-900, 7200).in_plane(), 600).unwrap();
 }
 
 /// A cancelled jog may leave its line, while a contour keeps to it.
@@ -255,9 +256,9 @@ fn jogs_can_be_certified_as_boxes_and_contours_as_lines() {
     let certify = |interpolation, contours, to: Point| {
         let mut guard = guard_of(interpolation, true);
         guard.rules.contours = contours;
-        guard.locate(at(-1000, 2000)).unwrap();
-        let jog = guard.admissions().admit(to).map(|admission| admission.target());
-        guard.begin_contour(vec![ContourMotion { curve: slanted, feed_mm_min: 600 }]).unwrap();
+        guard.locate(at(-1000, 2000).in_plane()).unwrap();
+        let jog = guard.admissions().admit(to.in_plane()).map(|admission| admission.target());
+        guard.begin_contour(vec![ContourMotion::in_plane(slanted, 600)]).unwrap();
         (jog.is_ok(), guard.certify_contour(9).is_ok())
     };
     // Past the corner of the L: the line is clear, its box is not.
@@ -271,14 +272,14 @@ fn jogs_can_be_certified_as_boxes_and_contours_as_lines() {
     };
     let quarter = arc(at(-2000, 3000));
     let mut guard = guard_of(Interpolation::Linear, true);
-    guard.locate(at(-1000, 2000)).unwrap();
-    guard.begin_contour(vec![ContourMotion { curve: arc(at(-3000, 2000)), feed_mm_min: 600 }]).unwrap();
+    guard.locate(at(-1000, 2000).in_plane()).unwrap();
+    guard.begin_contour(vec![ContourMotion::in_plane(arc(at(-3000, 2000)), 600)]).unwrap();
     assert_eq!(guard.certify_contour(9), Err(Refusal::ArcTooLong(at(-1000, 2000))));
     for (contours, clear) in [(Interpolation::Linear, true), (Interpolation::Independent, false)] {
         let mut guard = guard_of(Interpolation::Independent, true);
         guard.rules.contours = contours;
-        guard.locate(at(-1000, 2000)).unwrap();
-        guard.begin_contour(vec![ContourMotion { curve: quarter, feed_mm_min: 600 }]).unwrap();
+        guard.locate(at(-1000, 2000).in_plane()).unwrap();
+        guard.begin_contour(vec![ContourMotion::in_plane(quarter, 600)]).unwrap();
         assert_eq!(guard.certify_contour(9).is_ok(), clear, "{contours:?}");
     }
 }
@@ -292,9 +293,9 @@ fn one_report_at_rest_is_no_evidence_without_a_checksum() {
         let mut guard = guard_of(Interpolation::Linear, checked);
         let time = time(1);
         let (home, far, across) = (at(-1000, -1000), at(-1000, 8000), at(9900, -1000));
-        guard.locate(home).unwrap();
+        guard.locate(home.in_plane()).unwrap();
         for target in [far, home] {
-            guard.jog(target, 600).unwrap();
+            guard.jog(target.in_plane(), 600).unwrap();
             guard.acknowledged().unwrap();
             let stamp = guard.stamp(time);
             guard.reported(&feedback(home, false, 1), stamp, time).unwrap();
@@ -303,7 +304,7 @@ fn one_report_at_rest_is_no_evidence_without_a_checksum() {
         guard.reported(&feedback(home, true, 0), stamp, time).unwrap();
         assert_eq!(guard.in_position(), checked);
         // The motion is clear from home. From the true place of the tool it leads through the part.
-        assert_eq!(guard.jog(across, 600).is_ok(), checked);
+        assert_eq!(guard.jog(across.in_plane(), 600).is_ok(), checked);
         let true_way = Segment { from: far, to: across };
         assert!(guard.part().edges_clear(true_way, Length::ZERO).is_err());
         if !checked {
@@ -317,23 +318,21 @@ fn one_report_at_rest_is_no_evidence_without_a_checksum() {
 #[test]
 fn lines_go_out_only_as_the_controller_reads_them() {
     let mut guard = guard_of(Interpolation::Linear, false);
-    guard.locate(at(-1000, 0)).unwrap();
-    guard.jog(at(-1000, 1000), 600).unwrap();
+    guard.locate(at(-1000, 0).in_plane()).unwrap();
+    guard.jog(at(-1000, 1000).in_plane(), 600).unwrap();
     guard.acknowledged().unwrap();
-    assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
+    assert_eq!(guard.jog(at(-1000, 3000).in_plane(), 600), Err(Refusal::Full));
     let (asked, later) = (guard.stamp(Time::ZERO), Time::ZERO.after(DRAIN));
     let full = PositionFeedback { waiting: true, ..feedback(at(-1000, 0), false, 0) };
     guard.reported(&full, asked, later).unwrap();
-    assert_eq!(guard.jog(at(-1000, 3000), 600), Err(Refusal::Full));
+    assert_eq!(guard.jog(at(-1000, 3000).in_plane(), 600), Err(Refusal::Full));
     guard.reported(&feedback(at(-1000, 0), false, 1), asked, later).unwrap();
-    guard.jog(at(-1000, 3000), 600).unwrap();
+    guard.jog(at(-1000, 3000).in_plane(), 600).unwrap();
 
     let mut guard = guard_of(Interpolation::Linear, false);
-    guard.locate(at(-1000, 0)).unwrap();
+    guard.locate(at(-1000, 0).in_plane()).unwrap();
     let line = |y| Curve::Line(Segment { from: at(-1000, y), to: at(-1000, y + 100) });
-    guard
-        .begin_contour((0..4).map(|k| ContourMotion { curve: line(100 * k), feed_mm_min: 300 }).collect())
-        .unwrap();
+    guard.begin_contour((0..4).map(|k| ContourMotion::in_plane(line(100 * k), 300)).collect()).unwrap();
     assert_eq!(guard.certify_contour(4), Ok(Certification::Done));
     let before = guard.stamp(Time::ZERO);
     assert!(guard.next_of_contour().is_some());
@@ -354,9 +353,9 @@ fn clock_jump_completes_no_line() {
         for interpolation in [Interpolation::Linear, Interpolation::Independent] {
             let mut guard = guard_of(interpolation, checked);
             let (south, west) = (at(-1000, -1000), at(-1000, 8000));
-            guard.locate(south).unwrap();
+            guard.locate(south.in_plane()).unwrap();
             for target in [west, south] {
-                guard.jog(target, 600).unwrap();
+                guard.jog(target.in_plane(), 600).unwrap();
                 guard.acknowledged().unwrap();
                 let mut now = Time::ZERO;
                 for _ in 0..4 {
@@ -368,7 +367,7 @@ fn clock_jump_completes_no_line() {
             let ways: Vec<Point> = guard.in_flight().collect();
             assert!(ways.contains(&west), "{checked} {interpolation:?}");
             assert!(
-                guard.jog(at(9900, -1000), 600).is_err(),
+                guard.jog(at(9900, -1000).in_plane(), 600).is_err(),
                 "{checked} {interpolation:?}: through the part"
             );
             // Reports farther on and on the way back show that the tool has reached the first target.
@@ -391,14 +390,14 @@ fn errors_of_reports_do_not_add_up() {
     const ERROR: f64 = 4.0;
     let mut guard = guard();
     let mut tool = (-6000.0, 0.0);
-    guard.locate(at(-6000, 0)).unwrap();
+    guard.locate(at(-6000, 0).in_plane()).unwrap();
     let lattice = |(x, y): (f64, f64)| at(nearest_unit(x), nearest_unit(y));
     let mut now = Time::ZERO;
     for step in 0..200 {
         let (sin, cos) = (f64::from(step) * 0.2).sin_cos();
         let ahead = |from: (f64, f64), by: f64| (from.0 + cos * by, from.1 + sin * by);
         let goal = lattice(ahead(tool, 3000.0));
-        guard.jog(goal, 600).unwrap();
+        guard.jog(goal.in_plane(), 600).unwrap();
         guard.acknowledged().unwrap();
         let goal = (f64::from(goal.x.units()), f64::from(goal.y.units()));
         let way = |t: f64| (tool.0 + (goal.0 - tool.0) * t, tool.1 + (goal.1 - tool.1) * t);
@@ -422,8 +421,8 @@ fn errors_of_reports_do_not_add_up() {
 #[test]
 fn contour_does_not_go_on_while_the_tool_is_at_rest_too_early() {
     let mut guard = guard();
-    guard.locate(at(-310, 0)).unwrap();
-    let line = |from, to| ContourMotion { curve: Curve::Line(Segment { from, to }), feed_mm_min: 300 };
+    guard.locate(at(-310, 0).in_plane()).unwrap();
+    let line = |from, to| ContourMotion::in_plane(Curve::Line(Segment { from, to }), 300);
     let (p, q, r) = (at(-310, 0), at(-310, 3000), at(-310, 6000));
     take_contour(&mut guard, vec![line(p, q), line(q, r)]).unwrap();
     guard.next_of_contour().unwrap();
@@ -436,7 +435,7 @@ fn contour_does_not_go_on_while_the_tool_is_at_rest_too_early() {
     guard.reported(&rests, stamp, Time::ZERO).unwrap();
     assert!(guard.awaits_reading() && guard.next_of_contour().is_none());
     guard.reported(&moving, stamp, Time::ZERO).unwrap();
-    assert_eq!(guard.next_of_contour().unwrap().target(), r);
+    assert_eq!(guard.next_of_contour().unwrap().target(), r.in_plane());
     guard.acknowledged().unwrap();
     let (stamp, stopped) = (guard.stamp(Time::ZERO), at(-310, 4000));
     guard.reported(&feedback(stopped, true, 0), stamp, Time::ZERO).unwrap();

@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use keepout_drives::interpolator::Drives;
 use keepout_executor::dialect::Description;
-use keepout_executor::dialect::described::{Accepted, Slot, Template};
+use keepout_executor::dialect::described::{Accepted, Figure, Slot, Template};
 use keepout_executor::session::Sample;
 use keepout_executor::supervisor::Mode;
 use keepout_guard::{Interpolation, Time};
-use keepout_planner::Mm2;
+use keepout_planner::{Mm2, Mm3};
 
 use super::controller::{Disturbance, SimulatedController};
 use super::grbl::SimSettings;
@@ -31,7 +31,7 @@ pub struct DescribedSim {
     homed: bool,
     fault: bool,
     /// The target that the lines of a motion have set so far, in written numbers.
-    place: [f64; 2],
+    place: [f64; 3],
     feed: f64,
 }
 
@@ -56,7 +56,7 @@ impl DescribedSim {
             waiting: VecDeque::new(),
             tx: Vec::new(),
             fault: false,
-            place: [0.0; 2],
+            place: [0.0; 3],
             feed: 1.0,
         }
     }
@@ -137,7 +137,7 @@ impl DescribedSim {
         for (kind, lines) in kinds.into_iter().chain([right]).enumerate() {
             for (index, template) in lines.into_iter().flatten().enumerate() {
                 let Some(captures) = template.read(line) else { continue };
-                for (axis, slot) in [Slot::X, Slot::Y].into_iter().enumerate() {
+                for (axis, slot) in [Slot::X, Slot::Y, Slot::Z].into_iter().enumerate() {
                     self.place[axis] = captures.number(slot).unwrap_or(self.place[axis]);
                 }
                 let feed = captures.number(Slot::Feed);
@@ -154,9 +154,9 @@ impl DescribedSim {
     }
 
     fn drive(&mut self, description: &Description, centre: Option<Mm2>, left: bool) -> Result<(), u8> {
-        let to = self.machine_mm(self.place, description.zero);
-        let [width, height] = self.settings.machine.travel_mm;
-        if !(-width..=0.0).contains(&to.x) || !(-height..=0.0).contains(&to.y) {
+        let [x, y, z] = self.place;
+        let to = self.machine_mm([x, y], description.zero).at_height(self.height_mm(z));
+        if self.settings.is_beyond(to) {
             return Err(3);
         }
         if self.fault || self.plant.is_homing() || self.plant.is_busy() && !description.queues {
@@ -172,9 +172,9 @@ impl DescribedSim {
     }
 
     /// Drives chords of an arc. Its centre lies at `ij` from the end of the last motion.
-    fn arc(&mut self, to: Mm2, ij: Mm2, left: bool) {
+    fn arc(&mut self, end: Mm3, ij: Mm2, left: bool) {
         let from = self.plant.planned_end();
-        let centre = from + ij;
+        let (to, centre) = (end.plane(), from.plane() + ij);
         let (radius, first, last) = (ij.length(), (-ij).angle(), (to - centre).angle());
         let turn = if left { last - first } else { first - last }.rem_euclid(std::f64::consts::TAU);
         let turn = if turn < 1e-9 { std::f64::consts::TAU } else { turn };
@@ -182,10 +182,11 @@ impl DescribedSim {
         let mut swept = step;
         while swept < turn {
             let phi = if left { first + swept } else { first - swept };
-            self.plant.push(centre + Mm2::unit(phi) * radius, self.feed);
+            let z = from.z + (end.z - from.z) * swept / turn;
+            self.plant.push((centre + Mm2::unit(phi) * radius).at_height(z), self.feed);
             swept += step;
         }
-        self.plant.push(to, self.feed);
+        self.plant.push(end, self.feed);
     }
 
     /// Converts written numbers to machine coordinates, mm.
@@ -199,18 +200,35 @@ impl DescribedSim {
         if swap { Mm2::new(axis(1), axis(0)) } else { Mm2::new(axis(0), axis(1)) }
     }
 
+    /// Converts a written height to machine coordinates, mm. Without a third axis it is zero.
+    fn height_mm(&self, written: f64) -> f64 {
+        self.description.z.map_or(0.0, |z| {
+            let zero = f64::from(i32::try_from(z.zero).unwrap_or(0));
+            let mm = (written * z.coordinate.ten() - zero) / z.coordinate.per_mm();
+            if z.invert { -mm } else { mm }
+        })
+    }
+
     /// The tool's position, as written numbers.
-    fn position(&self) -> [String; 2] {
+    fn position(&self) -> [String; 3] {
         let Description { coordinate, swap, invert, zero, .. } = *self.description;
         let steps = self.settings.machine.steps_per_mm;
-        let Mm2 { x, y } = self.plant.position();
+        let Mm3 { x, y, z } = self.plant.position();
         let (a, b) = if swap { (y, x) } else { (x, y) };
-        let axis = |mm: f64, invert: bool, zero: i64| {
+        let axis = |mm: f64, invert: bool, zero: i64, (steps, figure): (f64, Figure)| {
             let on_step = (if invert { -mm } else { mm } * steps).round() / steps;
             let zero = f64::from(i32::try_from(zero).unwrap_or(0));
-            coordinate.written((on_step * coordinate.per_mm()).round() + zero)
+            figure.written((on_step * figure.per_mm()).round() + zero)
         };
-        [axis(a, invert[0], zero[0]), axis(b, invert[1], zero[1])]
+        let up = self.description.z.zip(self.settings.machine.z.as_ref());
+        let plane = (steps, coordinate);
+        [
+            axis(a, invert[0], zero[0], plane),
+            axis(b, invert[1], zero[1], plane),
+            up.map_or_else(String::new, |(form, axis_z)| {
+                axis(z, form.invert, form.zero, (axis_z.steps_per_mm, form.coordinate))
+            }),
+        ]
     }
 
     fn state(&self) -> String {
@@ -227,10 +245,11 @@ impl DescribedSim {
     }
 
     fn answer(&self, template: &Template) -> String {
-        let [x, y] = self.position();
+        let [x, y, z] = self.position();
         written(template, |slot| match slot {
             Slot::X => x.clone(),
             Slot::Y => y.clone(),
+            Slot::Z => z.clone(),
             Slot::Status => self.state(),
             _ => "0".into(),
         })

@@ -1,6 +1,8 @@
-//! Two non-interpolated axes, each from rest to a target, or from a speed to rest.
+//! Non-interpolated axes, each from rest to a target, or from a speed to rest.
 
-use keepout_planner::Mm2;
+use keepout_drives::interpolator::Drives;
+use keepout_planner::Mm3;
+
 /// The motion of one axis over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axis {
@@ -66,10 +68,10 @@ impl Axis {
     }
 }
 
-/// Both axes in motion.
+/// All axes in motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Apart {
-    axes: [Axis; 2],
+    axes: [Axis; 3],
     elapsed: f64,
 }
 
@@ -78,36 +80,42 @@ const STEP_MM: f64 = 0.05;
 const STEP_S: f64 = 0.005;
 
 impl Apart {
-    /// Moves each axis from rest to its target, mm, mm/s, mm/s².
-    pub(super) fn go(from: Mm2, to: Mm2, speed: f64, acceleration: f64) -> Self {
-        let axis = |from, to| Axis::go(from, to, speed, acceleration);
-        Self { axes: [axis(from.x, to.x), axis(from.y, to.y)], elapsed: 0.0 }
+    /// Moves each axis from rest to its target, mm and mm/s.
+    pub(super) fn go(from: Mm3, to: Mm3, feed: f64, drives: &Drives) -> Self {
+        let [up_rate, up_acceleration] = drives.up;
+        let plane = |from, to| Axis::go(from, to, feed.min(drives.max_rate), drives.acceleration);
+        let up = Axis::go(from.z, to.z, feed.min(up_rate), up_acceleration);
+        Self { axes: [plane(from.x, to.x), plane(from.y, to.y), up], elapsed: 0.0 }
     }
 
     /// Brakes each axis to rest.
-    pub(super) fn brake(from: Mm2, velocity: Mm2, acceleration: f64) -> Self {
-        let axis = |from, velocity| Axis::brake(from, velocity, acceleration);
-        Self { axes: [axis(from.x, velocity.x), axis(from.y, velocity.y)], elapsed: 0.0 }
+    pub(super) fn brake(from: Mm3, velocity: Mm3, drives: &Drives) -> Self {
+        let plane = |from, velocity| Axis::brake(from, velocity, drives.acceleration);
+        let up = Axis::brake(from.z, velocity.z, drives.up[1]);
+        Self { axes: [plane(from.x, velocity.x), plane(from.y, velocity.y), up], elapsed: 0.0 }
     }
 
-    pub(super) fn position(&self) -> Mm2 {
-        Mm2::new(self.axes[0].at(self.elapsed), self.axes[1].at(self.elapsed))
+    pub(super) fn position(&self) -> Mm3 {
+        let [x, y, z] = self.axes.map(|axis| axis.at(self.elapsed));
+        Mm3::new(x, y, z)
     }
 
-    pub(super) fn velocity(&self) -> Mm2 {
-        let axis = |axis: &Axis| axis.sign * axis.speed(self.elapsed);
-        Mm2::new(axis(&self.axes[0]), axis(&self.axes[1]))
+    pub(super) fn velocity(&self) -> Mm3 {
+        let [x, y, z] = self.axes.map(|axis| axis.sign * axis.speed(self.elapsed));
+        Mm3::new(x, y, z)
     }
 
-    /// Time until both axes rest, s.
+    /// Time until all axes rest, s.
     pub(super) fn left(&self) -> f64 {
-        self.axes[0].lasts().max(self.axes[1].lasts()) - self.elapsed
+        self.axes.iter().map(Axis::lasts).fold(0.0, f64::max) - self.elapsed
     }
 
     /// Time to the next sample, s. Straight segments between the samples trace the path.
     pub(super) fn look(&self) -> f64 {
         // The result is at most STEP_S / 5, so this bounds the speed gained until the next sample.
-        let acceleration = self.axes[0].acceleration.hypot(self.axes[1].acceleration);
+        let [x, y, z] = self.axes;
+        let up = if z.length > 0.0 { z.acceleration } else { 0.0 };
+        let acceleration = x.acceleration.hypot(y.acceleration).hypot(up);
         let fastest = self.velocity().length() + acceleration * STEP_S / 5.0;
         (STEP_MM / fastest).clamp(1e-5, STEP_S / 5.0)
     }
@@ -121,20 +129,24 @@ impl Apart {
 mod tests {
     use super::*;
 
+    const DRIVES: Drives =
+        Drives { max_rate: 30.0, acceleration: 500.0, up: [10.0, 200.0], junction_deviation: 0.01 };
+
     #[test]
     fn independent_axes_stay_in_the_box_and_arrive() {
         let mut random = fastrand::Rng::with_seed(3);
         for _ in 0..500 {
             let mut coordinate = || random.f64() * 20.0 - 10.0;
-            let mut point = || Mm2::new(coordinate(), coordinate());
+            let mut point = || Mm3::new(coordinate(), coordinate(), coordinate());
             let (from, to) = (point(), point());
-            let mut apart = Apart::go(from, to, 30.0, 500.0);
+            let mut apart = Apart::go(from, to, 30.0, &DRIVES);
             let (mut last, mut farthest) = (from, 0.0_f64);
             while apart.left() > 0.0 {
                 apart.advance(apart.look());
                 let at = apart.position();
                 let inside = |v: f64, a: f64, b: f64| v >= a.min(b) - 1e-9 && v <= a.max(b) + 1e-9;
                 assert!(inside(at.x, from.x, to.x) && inside(at.y, from.y, to.y), "within the box");
+                assert!(inside(at.z, from.z, to.z), "between the heights");
                 farthest = farthest.max(at.distance(last));
                 last = at;
             }
@@ -145,9 +157,9 @@ mod tests {
 
     #[test]
     fn braking_ends_within_the_braking_distance() {
-        let mut apart = Apart::brake(Mm2::new(1.0, 1.0), Mm2::new(30.0, -10.0), 500.0);
+        let mut apart = Apart::brake(Mm3::new(1.0, 1.0, 2.0), Mm3::new(30.0, -10.0, 0.0), &DRIVES);
         assert!((apart.velocity().x - 30.0).abs() < 1e-9 && (apart.left() - 0.06).abs() < 1e-9);
         apart.advance(1.0);
-        assert!(apart.position().distance(Mm2::new(1.9, 0.9)) < 1e-9);
+        assert!(apart.position().distance(Mm3::new(1.9, 0.9, 2.0)) < 1e-9);
     }
 }

@@ -5,7 +5,8 @@ use std::time::Duration;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::machine::ZProfile;
+use keepout_planner::{Mm2, Mm3};
 
 use super::controller::{Disturbance, SimulatedController};
 use super::line::Wire;
@@ -35,6 +36,8 @@ pub struct PositioningError {
     now: Mm2,
     goal: Mm2,
     steps_per_mm: f64,
+    /// Band and steps per mm of the third axis.
+    up: Option<[f64; 2]>,
     sudden: bool,
 }
 
@@ -46,13 +49,19 @@ impl PositioningError {
     #[must_use]
     pub fn wandering(band_mm: f64, steps_per_mm: f64, seed: u64) -> Self {
         let random = fastrand::Rng::with_seed(seed);
-        Self { random, band_mm, now: Mm2::ZERO, goal: Mm2::ZERO, steps_per_mm, sudden: false }
+        Self { random, band_mm, now: Mm2::ZERO, goal: Mm2::ZERO, steps_per_mm, up: None, sudden: false }
     }
 
     /// An error that jumps inside the band, as when drives lose steps and regain them.
     #[must_use]
     pub fn sudden(band_mm: f64, steps_per_mm: f64, seed: u64) -> Self {
         Self { sudden: true, ..Self::wandering(band_mm, steps_per_mm, seed) }
+    }
+
+    /// The same error, with one of the third axis.
+    #[must_use]
+    pub fn of_three_axes(self, z: Option<&ZProfile>) -> Self {
+        Self { up: z.map(|z| [z.repeatability_mm, z.steps_per_mm]), ..self }
     }
 
     fn step(&mut self) -> Mm2 {
@@ -78,10 +87,14 @@ impl PositioningError {
 
     /// Replaces the commanded position by the true one: on a step of the drive, plus the error.
     fn apply(&mut self, sample: &mut Sample) {
-        let step = |c: f64| (c * self.steps_per_mm).round() / self.steps_per_mm;
-        let (x, y) = (step(sample.position_mm.x), step(sample.position_mm.y));
+        let step = |c: f64, steps_per_mm: f64| (c * steps_per_mm).round() / steps_per_mm;
+        let Mm3 { x, y, z } = sample.position_mm;
         let error = if sample.kind == SampleKind::Rest { self.now } else { self.step() };
-        sample.position_mm = Mm2::new(x + error.x, y + error.y);
+        // The height errs with the error along x: downward as often as upward.
+        let share = if self.band_mm > 0.0 { error.x / self.band_mm } else { 0.0 };
+        let z = self.up.map_or(z, |[band_mm, steps_per_mm]| step(z, steps_per_mm) + band_mm * share);
+        let (x, y) = (step(x, self.steps_per_mm), step(y, self.steps_per_mm));
+        sample.position_mm = Mm3::new(x + error.x, y + error.y, z);
     }
 }
 
@@ -106,6 +119,12 @@ impl SimMachine {
             bytes: Vec::new(),
             connected: true,
         }
+    }
+
+    /// Whether the machine has a third axis.
+    #[must_use]
+    pub fn has_height(&self) -> bool {
+        self.positioning_error.up.is_some()
     }
 
     /// Adds feed drives that follow the commanded positions in their own time. Without drives, the tool is

@@ -1,23 +1,28 @@
 //! The collision monitor: it knows only the part and the tool, and decides exactly how deep the tool entered
 //! the part.
+//!
+//! A motion that changes its height is cut where it passes the top of a level, to the lattice unit. Each piece is
+//! compared with everything that stands above it.
 
 use std::fmt;
 use std::sync::Arc;
 
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
-use keepout_kernel::{Length, Point, ProhibitedRegion, Segment, Vector};
-use keepout_planner::units::{mm, point_from_mm};
+use keepout_kernel::{Height, Length, Levels, Place, Point, ProhibitedRegion, Segment, Vector};
+use keepout_planner::units::{mm, place_from_mm};
 
 /// The deepest gouge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gouging {
-    /// Depth, mm.
+    /// Depth, mm: the shortest way out, aside or upward.
     pub depth_mm: f64,
     /// Time of the sample.
     pub at: Time,
     /// The tool's centre, drawing coordinates.
     pub centre: Point,
+    /// The height of the tool's tip.
+    pub height: Height,
 }
 
 /// The first thing that the tool must not do.
@@ -68,22 +73,25 @@ pub struct JoggingRule {
 /// alone, which is quick.
 #[derive(Debug)]
 pub struct CollisionMonitor {
-    part: Arc<ProhibitedRegion>,
+    levels: Arc<Levels>,
     radius: Length,
-    offset: Vector,
+    /// Machine coordinates minus drawing coordinates.
+    offset: (Vector, Height),
     rule: Option<JoggingRule>,
     verdict: Option<Verdict>,
     /// The tool stands nearer than the rule permits for a reason, and may leave: a contour ended there, or the
     /// session began there.
     excused: bool,
-    last: Option<Point>,
+    last: Option<Place>,
+    /// The level of the last piece of motion.
+    level: Option<u16>,
     way_mm: f64,
     inside: bool,
     /// The smallest distance so far between the tool's edge and the part, at most [`FAR`].
     closest: Length,
     closest_by_hand: Length,
     deepest: Option<Gouging>,
-    cut: Vec<Vec<Point>>,
+    cut: Vec<Vec<Place>>,
     watched: u64,
 }
 
@@ -94,12 +102,13 @@ const FAR: i64 = 500_000;
 const DEEP: i64 = 1 << 29;
 
 impl CollisionMonitor {
-    /// A monitor for a tool of `radius` at a part placed at `offset` on the machine.
+    /// A monitor for a tool of `radius` at a part. `offset` is machine coordinates minus drawing coordinates,
+    /// in the plane and upward.
     #[must_use]
-    pub fn new(part: impl Into<Arc<ProhibitedRegion>>, radius: Length, offset: Vector) -> Self {
+    pub fn new(levels: Arc<Levels>, radius: Length, offset: (Vector, Height)) -> Self {
         let closest = Length::from_units(FAR).unwrap_or(Length::ZERO);
         Self {
-            part: part.into(),
+            levels,
             radius,
             offset,
             rule: None,
@@ -107,6 +116,7 @@ impl CollisionMonitor {
             excused: true,
             way_mm: 0.0,
             last: None,
+            level: None,
             inside: false,
             closest,
             closest_by_hand: closest,
@@ -118,24 +128,42 @@ impl CollisionMonitor {
 
     /// Checks the next true position.
     pub fn watch(&mut self, sample: &Sample) {
-        let back = Vector { dx: -self.offset.dx, dy: -self.offset.dy };
-        let here = point_from_mm(sample.position_mm).and_then(|point| point.translated(back));
-        let Ok(here) = here else {
+        let Some(here) = self.in_drawing(sample) else {
             // A position off the lattice counts as a gouge.
-            self.deepest = Some(Gouging { depth_mm: f64::INFINITY, at: sample.at, centre: Point::ORIGIN });
-            self.find(Verdict::Gouge { at: sample.at, centre: Point::ORIGIN });
+            let (at, centre) = (sample.at, Point::ORIGIN);
+            self.deepest = Some(Gouging { depth_mm: f64::INFINITY, at, centre, height: Height::ZERO });
+            self.find(Verdict::Gouge { at, centre });
             return;
         };
         self.watched += 1;
         let from = self.last.replace(here).unwrap_or(here);
-        let motion = Segment { from, to: here };
-        let step = here.minus(from);
-        self.way_mm += mm(step.dx).hypot(mm(step.dy));
-        match self.rule {
-            Some(_) if from == here && self.watched > 1 => {}
-            Some(rule) => self.decide(rule, motion, sample),
-            None => self.measure(motion, sample),
+        let step = here.point.minus(from.point);
+        let climb = mm(here.height.units()) - mm(from.height.units());
+        self.way_mm += mm(step.dx).hypot(mm(step.dy)).hypot(climb);
+        if self.rule.is_some() && from == here && self.watched > 1 {
+            return;
         }
+        let levels = Arc::clone(&self.levels);
+        for_each_piece(&levels, from, here, |motion, height| {
+            let part = levels.at(height);
+            match self.rule {
+                Some(rule) => self.decide(part, rule, motion, sample),
+                None => self.measure(part, motion, height, sample),
+            }
+            self.level = Some(part.level());
+        });
+        if self.rule.is_none() {
+            self.remember_cut(sample.kind, from, here);
+        }
+    }
+
+    /// The place of a sample in drawing coordinates. `None` off the lattice.
+    fn in_drawing(&self, sample: &Sample) -> Option<Place> {
+        let (Vector { dx, dy }, up) = self.offset;
+        let Place { point, height } = place_from_mm(sample.position_mm).ok()?;
+        let height = i64::from(height.units()) - i64::from(up.units());
+        let point = point.translated(Vector { dx: -dx, dy: -dy }).ok()?;
+        Some(point.at_height(Height::from_units(height).ok()?))
     }
 
     /// The same monitor, which decides by thresholds whether jogs keep the rule. The part is best prepared for
@@ -145,14 +173,18 @@ impl CollisionMonitor {
         Self { rule: Some(rule), ..self }
     }
 
-    fn decide(&mut self, rule: JoggingRule, motion: Segment, sample: &Sample) {
+    fn decide(&mut self, part: &ProhibitedRegion, rule: JoggingRule, motion: Segment, sample: &Sample) {
         let (at, centre) = (sample.at, motion.to);
-        if self.part.motion_clear(motion, rule.clearance).is_clear() {
+        // Below another level, the tool may stand in the middle of a part whose edges are far away.
+        let sunk = self.level.is_some_and(|level| level < part.level()) && part.holds(motion.from);
+        if sunk {
+            self.find(Verdict::Gouge { at, centre });
+        } else if part.motion_clear(motion, rule.clearance).is_clear() {
             // A contour can end between the two distances. Then the tool may already be too near by the
             // machine's own count, and its next motion is a retract move, however large the positioning error.
-            let outside = self.part.motion_clear(motion, rule.outside).is_clear();
+            let outside = part.motion_clear(motion, rule.outside).is_clear();
             self.excused = !outside && (self.excused || sample.kind == SampleKind::Run);
-        } else if !self.part.motion_clear(motion, self.radius).is_clear() || self.part.holds(centre) {
+        } else if !part.motion_clear(motion, self.radius).is_clear() || part.holds(centre) {
             self.find(Verdict::Gouge { at, centre });
         } else if sample.kind == SampleKind::Jog && !self.excused {
             self.find(Verdict::StockToLeave { at, centre });
@@ -169,22 +201,21 @@ impl CollisionMonitor {
         }
     }
 
-    fn measure(&mut self, motion: Segment, sample: &Sample) {
-        // `look` detects a crossing between two samples. At the start, and after a crossing, this tests whether
-        // the tool is inside.
-        if self.inside || self.watched == 1 {
-            self.inside = self.part.holds(motion.to);
+    fn measure(&mut self, part: &ProhibitedRegion, motion: Segment, height: Height, sample: &Sample) {
+        // `look` detects a crossing between two samples. At the start, at another level, and after a crossing,
+        // this tests whether the tool is inside.
+        if self.inside || self.level != Some(part.level()) {
+            self.inside = part.holds(motion.to);
         }
-        self.look(motion, sample.at);
+        self.look(part, motion, height, sample.at);
         if sample.kind == SampleKind::Jog {
-            self.closest_by_hand = self.nearer(motion, self.closest_by_hand);
+            self.closest_by_hand = self.nearer(part, motion, self.closest_by_hand);
         }
-        self.remember_cut(sample.kind, motion.from, motion.to);
     }
 
     /// The smaller of `known` and the distance between the tool's edge and the part on this motion.
-    fn nearer(&self, motion: Segment, known: Length) -> Length {
-        let clear = |r: Length| self.part.edges_clear(motion, r).is_ok();
+    fn nearer(&self, part: &ProhibitedRegion, motion: Segment, known: Length) -> Length {
+        let clear = |r: Length| part.edges_clear(motion, r).is_ok();
         if clear(self.radius.saturating_plus(known)) {
             return known;
         }
@@ -193,8 +224,8 @@ impl CollisionMonitor {
         Length::from_units(beyond.max(0)).unwrap_or(Length::ZERO).min(known)
     }
 
-    fn look(&mut self, motion: Segment, at: Time) {
-        let clear = |r: Length| self.part.edges_clear(motion, r).is_ok();
+    fn look(&mut self, part: &ProhibitedRegion, motion: Segment, height: Height, at: Time) {
+        let clear = |r: Length| part.edges_clear(motion, r).is_ok();
         if !self.inside && clear(self.radius.saturating_plus(self.closest)) {
             return;
         }
@@ -206,21 +237,31 @@ impl CollisionMonitor {
             return;
         }
         self.closest = Length::ZERO;
-        let crossed = self.inside || self.part.holds(motion.to);
-        let depth_mm = if crossed {
+        let crossed = self.inside || part.holds(motion.to);
+        let aside_mm = if crossed {
             let here = Segment { from: motion.to, to: motion.to };
-            let within = largest_clear(DEEP, |r| self.part.edges_clear(here, r).is_ok());
+            let within = largest_clear(DEEP, |r| part.edges_clear(here, r).is_ok());
             mm(self.radius.units()) + mm(within.max(0))
         } else {
             -mm(i32::try_from(beyond).unwrap_or(0))
         };
-        self.inside = self.part.holds(motion.to);
+        self.inside = part.holds(motion.to);
+        let depth_mm = self.way_up_mm(motion, height).map_or(aside_mm, |up_mm| aside_mm.min(up_mm));
         if self.deepest.is_none_or(|deepest| depth_mm > deepest.depth_mm) {
-            self.deepest = Some(Gouging { depth_mm, at, centre: motion.to });
+            self.deepest = Some(Gouging { depth_mm, at, centre: motion.to, height });
         }
     }
 
-    fn remember_cut(&mut self, kind: SampleKind, from: Point, here: Point) {
+    /// The way up to the lowest height at which the motion is clear of the part, mm. `None` for a part without
+    /// tops.
+    fn way_up_mm(&self, motion: Segment, height: Height) -> Option<f64> {
+        let clear =
+            |part: &ProhibitedRegion| part.edges_clear(motion, self.radius).is_ok() && !part.holds(motion.to);
+        let above = self.levels.tops().filter(|&top| top > height && clear(self.levels.at(top)));
+        above.last().map(|top| mm(top.units()) - mm(height.units()))
+    }
+
+    fn remember_cut(&mut self, kind: SampleKind, from: Place, here: Place) {
         if kind != SampleKind::Run {
             if self.cut.last().is_none_or(|path| !path.is_empty()) {
                 self.cut.push(Vec::new());
@@ -258,8 +299,8 @@ impl CollisionMonitor {
         (i64::from(self.closest_by_hand.units()) < FAR).then(|| mm(self.closest_by_hand.units()))
     }
 
-    /// The paths of the tool's centre in programmed motions, one path for each run.
-    pub fn cut_paths(&self) -> impl Iterator<Item = &[Point]> + '_ {
+    /// The paths of the tool in programmed motions, one path for each run.
+    pub fn cut_paths(&self) -> impl Iterator<Item = &[Place]> + '_ {
         self.cut.iter().filter(|path| path.len() > 1).map(Vec::as_slice)
     }
 
@@ -282,6 +323,26 @@ impl CollisionMonitor {
     }
 }
 
+/// Calls `visit` with the pieces of a motion, in order, each with its lowest height. The motion is cut at the
+/// tops that it passes, and a place on it is rounded to the lattice.
+fn for_each_piece(levels: &Levels, from: Place, to: Place, mut visit: impl FnMut(Segment, Height)) {
+    let (low, high) = (from.height.min(to.height), from.height.max(to.height));
+    let mut cuts: Vec<Height> = levels.tops().filter(|&top| low < top && top < high).collect();
+    if from.height < to.height {
+        cuts.reverse();
+    }
+    let climb = i128::from(to.height.units()) - i128::from(from.height.units());
+    let (d, mut last) = (to.point.minus(from.point), from);
+    for top in cuts {
+        let gone = i128::from(top.units()) - i128::from(from.height.units());
+        let part = |whole: i32| i32::try_from((i128::from(whole) * gone).div_euclid(climb)).unwrap_or(0);
+        let point = from.point.translated(Vector { dx: part(d.dx), dy: part(d.dy) }).unwrap_or(to.point);
+        visit(Segment { from: last.point, to: point }, last.height.min(top));
+        last = point.at_height(top);
+    }
+    visit(Segment { from: last.point, to: to.point }, last.height.min(to.height));
+}
+
 /// The largest length in lattice units, up to `most`, for which `clear` holds; −1 if it does not hold even
 /// for zero.
 fn largest_clear(most: i64, clear: impl Fn(Length) -> bool) -> i32 {
@@ -296,20 +357,25 @@ fn largest_clear(most: i64, clear: impl Fn(Length) -> bool) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    use keepout_kernel::{Region, Ring, Side};
-    use keepout_planner::Mm2;
+    use keepout_kernel::{HeightField, Region, Ring, Side};
+    use keepout_planner::{Mm2, Mm3};
 
     use super::*;
 
     fn monitor() -> CollisionMonitor {
-        let at = |x, y| point_from_mm(Mm2::new(x, y)).unwrap();
+        let at = |x, y| keepout_planner::units::point_from_mm(Mm2::new(x, y)).unwrap();
         let ring = Ring::new(vec![at(0.0, 0.0), at(40.0, 0.0), at(40.0, 30.0), at(0.0, 30.0)]).unwrap();
         let part = ProhibitedRegion::new(Region::new(vec![ring]).unwrap(), Side::Outside).unwrap();
-        CollisionMonitor::new(part, Length::from_units(300_000).unwrap(), Vector { dx: 0, dy: 0 })
+        let levels = Arc::new(Levels::flat(Arc::new(part)));
+        CollisionMonitor::new(
+            levels,
+            Length::from_units(300_000).unwrap(),
+            (Vector { dx: 0, dy: 0 }, Height::ZERO),
+        )
     }
 
     fn at(x: f64, y: f64) -> Sample {
-        Sample { at: Time::ZERO, position_mm: Mm2::new(x, y), kind: SampleKind::Jog }
+        Sample { at: Time::ZERO, position_mm: Mm3::new(x, y, 0.0), kind: SampleKind::Jog }
     }
 
     #[test]
@@ -328,6 +394,53 @@ mod tests {
         let mut monitor = monitor();
         [at(-10.0, 15.0), at(50.0, 15.0)].iter().for_each(|sample| monitor.watch(sample));
         assert!(monitor.deepest().unwrap().depth_mm >= 3.0);
+    }
+
+    /// A plate with its top at 0, and a pocket 5 mm deep. The tool has a radius of 3 mm.
+    fn plate() -> CollisionMonitor {
+        let at = |x, y| keepout_planner::units::point_from_mm(Mm2::new(x, y)).unwrap();
+        let square =
+            |low, high| Ring::new(vec![at(low, low), at(high, low), at(high, high), at(low, high)]).unwrap();
+        let field = HeightField {
+            outlines: Region::new(vec![square(0.0, 100.0), square(20.0, 80.0)]).unwrap(),
+            tops: vec![Some(Height::ZERO), Height::from_units(-500_000).ok()],
+            around: None,
+            zones: Vec::new(),
+            floor: None,
+        };
+        let levels = Arc::new(Levels::new(&field).unwrap());
+        CollisionMonitor::new(
+            levels,
+            Length::from_units(300_000).unwrap(),
+            (Vector { dx: 0, dy: 0 }, Height::ZERO),
+        )
+    }
+
+    fn depth_of(path: &[(f64, f64, f64)]) -> Option<f64> {
+        let mut monitor = plate();
+        for &(x, y, z) in path {
+            monitor.watch(&Sample { at: Time::ZERO, position_mm: Mm3::new(x, y, z), kind: SampleKind::Jog });
+        }
+        monitor.deepest().map(|gouge| (gouge.depth_mm * 1e5).round() / 1e5)
+    }
+
+    #[test]
+    fn tool_gouges_only_what_stands_above_its_tip() {
+        assert_eq!(depth_of(&[(50.0, 50.0, 10.0), (50.0, 50.0, -5.0)]), None, "the floor of the pocket");
+        assert_eq!(depth_of(&[(50.0, 50.0, 10.0), (50.0, 50.0, -5.01)]), Some(0.01), "into the floor");
+        assert_eq!(depth_of(&[(10.0, 50.0, 10.0), (10.0, 50.0, 0.0)]), None, "on the plate");
+        assert_eq!(depth_of(&[(10.0, 50.0, 10.0), (10.0, 50.0, -1.0)]), Some(1.0), "into the plate");
+        assert_eq!(depth_of(&[(-10.0, 50.0, -20.0), (-3.1, 50.0, -20.0)]), None, "beside the plate");
+        assert_eq!(depth_of(&[(-10.0, 50.0, -20.0), (-2.0, 50.0, -20.0)]), Some(1.00001), "into its side");
+        assert_eq!(depth_of(&[(50.0, 50.0, -4.0), (24.0, 50.0, -4.0), (23.0, 50.0, -4.0)]), Some(0.00001));
+    }
+
+    /// The ramp passes the top of the plate 4 mm or 2 mm beside the wall of the pocket.
+    #[test]
+    fn ramps_are_cut_at_the_tops_that_they_pass() {
+        assert_eq!(depth_of(&[(16.0, 50.0, 1.0), (32.0, 50.0, -1.0)]), None);
+        assert_eq!(depth_of(&[(10.0, 50.0, 1.0), (26.0, 50.0, -1.0)]), Some(1.0));
+        assert_eq!(depth_of(&[(32.0, 50.0, -1.0), (16.0, 50.0, 1.0)]), None, "and upward");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::time::Duration;
 use keepout_drives::interpolator::{Drives, QueuedMotion};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
 
 use super::independent::Apart;
 
@@ -32,7 +32,7 @@ impl Plant {
     }
 
     /// Drives at rest at `start_mm`, machine coordinates.
-    pub(super) fn new(drives: Drives, start_mm: Mm2) -> Self {
+    pub(super) fn new(drives: Drives, start_mm: Mm3) -> Self {
         Self {
             motion: QueuedMotion::new(drives, start_mm),
             drives,
@@ -44,12 +44,12 @@ impl Plant {
         }
     }
 
-    pub(super) fn position(&self) -> Mm2 {
+    pub(super) fn position(&self) -> Mm3 {
         self.apart.map_or(self.motion.position(), |apart| apart.position())
     }
 
     /// The end of the queued motions.
-    pub(super) fn planned_end(&self) -> Mm2 {
+    pub(super) fn planned_end(&self) -> Mm3 {
         self.motion.planned_end()
     }
 
@@ -68,7 +68,7 @@ impl Plant {
     }
 
     /// Queues a motion to `to`, mm and mm/s.
-    pub(super) fn push(&mut self, to: Mm2, feed: f64) {
+    pub(super) fn push(&mut self, to: Mm3, feed: f64) {
         self.motion.push(to, feed, SHORTEST);
         self.kind = SampleKind::Run;
     }
@@ -81,19 +81,18 @@ impl Plant {
     }
 
     /// Drives each axis independently to `to`, from rest.
-    pub(super) fn push_apart(&mut self, to: Mm2, feed: f64) {
-        let speed = feed.min(self.drives.max_rate);
-        self.apart = Some(Apart::go(self.position(), to, speed, self.drives.acceleration));
+    pub(super) fn push_apart(&mut self, to: Mm3, feed: f64) {
+        self.apart = Some(Apart::go(self.position(), to, feed, &self.drives));
         self.kind = SampleKind::Run;
     }
 
     /// Slows down each axis independently, and drops the queued motions. The tool may leave its line.
     pub(super) fn stop_apart(&mut self) {
         let velocity = self.apart.map_or(self.motion.velocity(), |apart| apart.velocity());
-        if velocity != Mm2::ZERO || self.is_busy() {
+        if velocity != Mm3::ZERO || self.is_busy() {
             let at = self.position();
             self.motion = QueuedMotion::new(self.drives, at);
-            self.apart = Some(Apart::brake(at, velocity, self.drives.acceleration));
+            self.apart = Some(Apart::brake(at, velocity, &self.drives));
         }
     }
 

@@ -16,21 +16,21 @@ use super::{SimSettings, SimulatedController, speaking};
 /// A jog to a target in lattice units.
 fn jog_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let mut guard = at_origin();
-    Command::Move(guard.jog(Point::from_units(x, y).unwrap(), feed_mm_min).unwrap())
+    Command::Move(guard.jog(Point::from_units(x, y).unwrap().in_plane(), feed_mm_min).unwrap())
 }
 
 /// A straight contour motion from the origin to a target in lattice units.
 fn contour_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let line = Segment { from: Point::ORIGIN, to: Point::from_units(x, y).unwrap() };
     let mut guard = at_origin();
-    guard.begin_contour(vec![ContourMotion { curve: Curve::Line(line), feed_mm_min }]).unwrap();
+    guard.begin_contour(vec![ContourMotion::in_plane(Curve::Line(line), feed_mm_min)]).unwrap();
     guard.certify_contour(1).unwrap();
     Command::Move(guard.next_of_contour().unwrap())
 }
 
 fn at_origin() -> Guard {
     let mut guard = guard_in_open_space().unwrap();
-    guard.locate(Point::ORIGIN).unwrap();
+    guard.locate(Point::ORIGIN.in_plane()).unwrap();
     guard
 }
 
@@ -46,8 +46,8 @@ impl Pair {
         let machine = MachineProfile::simulated();
         let setting = DialectConfig::of(&machine, offset);
         let settings = SimSettings {
-            work_offset_mm: Mm2::new(-30.0, -20.0),
-            ..SimSettings::of(machine, Mm2::new(-10.0, -10.0))
+            work_offset_mm: Mm2::new(-30.0, -20.0).at_height(0.0),
+            ..SimSettings::of(machine, Mm2::new(-10.0, -10.0).at_height(0.0))
         };
         let sim = speaking(language, settings);
         Self { dialect: language.dialect(setting), sim, now: Time::ZERO, bytes: Vec::new() }
@@ -88,7 +88,7 @@ impl Pair {
     fn place_mm(&mut self) -> Mm2 {
         let mut samples = Vec::new();
         self.sim.take_samples(&mut samples);
-        samples.last().unwrap().position_mm
+        samples.last().unwrap().position_mm.plane()
     }
 }
 
@@ -117,7 +117,7 @@ fn through(language: &str) {
         let off = |is: f64, units: i32| (is - mm(units)).abs();
         let machine = at.translated(offset).unwrap();
         assert!(off(x, machine.x.units()) <= half_step_mm && off(y, machine.y.units()) <= half_step_mm);
-        let reported = report.position.unwrap().minus(at);
+        let reported = report.position.unwrap().point.minus(at);
         // Half a step for the target, and half a step or half the last digit for the report.
         let most = 4.0 * half_step_mm;
         assert!(mm(reported.dx).abs() <= most && mm(reported.dy).abs() <= most, "{reported:?}");

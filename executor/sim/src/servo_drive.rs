@@ -14,7 +14,7 @@ use keepout_drives::reference::ReferenceWindow;
 use keepout_drives::stream::Stream;
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::{Mm2, Mm3};
 
 /// The drives and their controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +54,8 @@ pub struct ServoDrive {
     next: Time,
     /// Samples since the commanded position last changed.
     rested: u32,
+    /// Commanded heights with their times, mm. The third axis follows them exactly, as late as the other two.
+    heights: VecDeque<(Time, f64)>,
 }
 
 /// Samples at rest after which the drives are in position. They are then no longer simulated, so hours of
@@ -81,6 +83,7 @@ impl ServoDrive {
             period: Duration::from_secs_f64(profile.period_s),
             next: Time::ZERO,
             rested: 0,
+            heights: VecDeque::new(),
         })
     }
 
@@ -92,7 +95,13 @@ impl ServoDrive {
 
     /// Follows a commanded position, and adds the tool's true positions to `into`.
     pub fn follow(&mut self, sample: &Sample, into: &mut Vec<Sample>) {
-        let Mm2 { x, y } = sample.position_mm;
+        let Mm3 { x, y, z } = sample.position_mm;
+        // Two equal heights hold a whole rest.
+        let rests = self.heights.iter().rev().take(2).filter(|(_, height)| *height == z).count() == 2;
+        match self.heights.back_mut().filter(|_| rests) {
+            Some(last) => last.0 = sample.at,
+            None => self.heights.push_back((sample.at, z)),
+        }
         self.kind = sample.kind;
         self.lead(Axes::new(x, y) * self.pulses_per_mm, sample.at, into);
     }
@@ -124,11 +133,29 @@ impl ServoDrive {
             self.kinds.push_back(self.kind);
             let kind = self.kinds.pop_front().unwrap_or(self.kind);
             let position = self.tick() / self.pulses_per_mm;
-            into.push(Sample { at: self.next, position_mm: Mm2::new(position.x, position.y), kind });
+            let z = self.height_at(self.next);
+            into.push(Sample { at: self.next, position_mm: Mm3::new(position.x, position.y, z), kind });
             self.next = self.next.after(self.period);
         }
         self.stream.pass(to);
         (self.commanded, self.since) = (to, at);
+    }
+
+    /// The commanded height before the controller's delay, mm: straight between two commanded heights.
+    fn height_at(&mut self, now: Time) -> f64 {
+        let late = self.period * u32::try_from(self.preview).unwrap_or(0);
+        let at = Time::ZERO.after(now.since(Time::ZERO).saturating_sub(late));
+        while self.heights.len() > 1 && self.heights[1].0 <= at {
+            self.heights.pop_front();
+        }
+        match (self.heights.front(), self.heights.get(1)) {
+            (Some(&(from, low)), Some(&(to, high))) if at > from => {
+                let share = at.since(from).as_secs_f64() / to.since(from).as_secs_f64().max(1e-9);
+                low + (high - low) * share
+            }
+            (Some(&(_, height)), _) => height,
+            _ => 0.0,
+        }
     }
 
     /// Moves the next sample to the first one after `at`.
@@ -162,7 +189,7 @@ mod tests {
     }
 
     fn sample(ms: u64, x: f64, kind: SampleKind) -> Sample {
-        Sample { at: Time::from_micros(ms * 1000), position_mm: Mm2::new(x, 20.0), kind }
+        Sample { at: Time::from_micros(ms * 1000), position_mm: Mm2::new(x, 20.0).at_height(0.0), kind }
     }
 
     /// The tool takes the same path, delayed by the controller's preview, and within the machine's contour

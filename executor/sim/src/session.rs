@@ -1,5 +1,6 @@
 //! A whole session on the simulated machine, under the collision monitor.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use keepout_executor::dialect::{DialectConfig, DialectName};
@@ -19,7 +20,7 @@ use keepout_executor::session::{
 };
 use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
-use keepout_kernel::{Point, Vector};
+use keepout_kernel::{Height, Point, Vector};
 use keepout_planner::Mm2;
 use keepout_planner::job::{Progress, contour_job};
 use keepout_planner::machine::MachineProfile;
@@ -153,7 +154,10 @@ impl Scene {
             Some(point) => point_mm(point.translated(place.offset)?),
             None => home,
         };
-        let sim = SimSettings { homed: start.is_some(), ..SimSettings::of(run.machine.clone(), start_mm) };
+        let sim = SimSettings {
+            homed: start.is_some(),
+            ..SimSettings::of(run.machine.clone(), start_mm.at_height(0.0))
+        };
         let options = Options {
             feed_mm_min: run.feed_mm_min,
             home: start.is_none(),
@@ -180,8 +184,9 @@ impl Scene {
     #[must_use]
     pub fn machine(&self, run: &SimRun) -> SimMachine {
         let error =
-            PositioningError::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed);
-        let drives = run.servo.as_ref().and_then(|servo| ServoDrive::new(servo, self.sim.start_mm));
+            PositioningError::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed)
+                .of_three_axes(run.machine.z.as_ref());
+        let drives = run.servo.as_ref().and_then(|servo| ServoDrive::new(servo, self.sim.start_mm.plane()));
         let controller = speaking(&run.dialect, self.sim.clone());
         SimMachine::new(controller, run.baud, run.latency, error).driven(drives)
     }
@@ -190,7 +195,12 @@ impl Scene {
     #[must_use]
     pub fn monitor(&self) -> CollisionMonitor {
         let plan = &self.setup.work.plan;
-        CollisionMonitor::new(plan.part.clone(), plan.plan.tool_radius, self.offset())
+        let height = self.setup.config.z.map_or(Height::ZERO, |z| z.zero);
+        CollisionMonitor::new(
+            Arc::clone(self.setup.work.levels()),
+            plan.plan.tool_radius,
+            (self.offset(), height),
+        )
     }
 }
 
@@ -316,7 +326,8 @@ impl MonitoredSamples {
             if !self.seen.is_multiple_of(self.every) {
                 continue;
             }
-            self.samples.push(Sample { position_mm: sample.position_mm - self.offset, ..sample });
+            self.samples
+                .push(Sample { position_mm: sample.position_mm - self.offset.at_height(0.0), ..sample });
             if self.samples.len() >= SAMPLES_MAX {
                 let mut keep = false;
                 self.samples.retain(|_| {

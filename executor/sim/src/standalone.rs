@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
 use keepout_planner::file::{FileError, FileKind};
 use serialport::{SerialPort, TTYPort};
 use thiserror::Error;
@@ -77,6 +77,8 @@ pub struct Standalone<'a> {
     state: Option<File>,
     watch: &'a mut dyn FnMut(&Sample),
     last: Option<Sample>,
+    /// Whether positions have heights.
+    three_axes: bool,
 }
 
 impl<'a> Standalone<'a> {
@@ -98,7 +100,8 @@ impl<'a> Standalone<'a> {
         let state = state.map(|path| file(path, OpenOptions::new().write(true).create(true).truncate(false)));
         let state = state.transpose()?;
         let host = open(records.link.as_deref())?;
-        Ok(Self { machine, host, records, received, positions, state, watch, last: None })
+        let three_axes = machine.has_height();
+        Ok(Self { machine, host, records, received, positions, state, watch, last: None, three_axes })
     }
 
     /// Runs until [`Signals::end`] is set. `opened` receives the name of each pty.
@@ -159,9 +162,14 @@ impl<'a> Standalone<'a> {
                 continue;
             }
             (self.watch)(&sample);
-            let Mm2 { x, y } = sample.position_mm;
+            let Mm3 { x, y, z } = sample.position_mm;
             // Writing to a string does not fail.
-            let _ = writeln!(text, "{} {} {x:?} {y:?}", sample.at.micros(), name(sample.kind));
+            let _ = write!(text, "{} {} {x:?} {y:?}", sample.at.micros(), name(sample.kind));
+            // A machine with two axes has no height.
+            if self.three_axes {
+                let _ = write!(text, " {z:?}");
+            }
+            text.push('\n');
             self.last = Some(sample);
         }
         if text.is_empty() {
@@ -170,7 +178,9 @@ impl<'a> Standalone<'a> {
         append(&mut self.positions, &self.records.positions, text.as_bytes())?;
         let (Some(state), Some(last)) = (&mut self.state, self.last) else { return Ok(()) };
         // One write of fixed length: even if the program is killed, the file holds a complete position.
-        let line = format!("{:+017.9} {:+017.9}\n", last.position_mm.x, last.position_mm.y);
+        let Mm3 { x, y, z } = last.position_mm;
+        let height = if self.three_axes { format!(" {z:+017.9}") } else { String::new() };
+        let line = format!("{x:+017.9} {y:+017.9}{height}\n");
         let written = state.seek(SeekFrom::Start(0)).and_then(|_| state.write_all(line.as_bytes()));
         written.map_err(|source| failed(&self.records.state, source))
     }
@@ -224,7 +234,7 @@ fn name(kind: SampleKind) -> &'static str {
 ///
 /// # Errors
 /// [`StandaloneError`] if the file cannot be read or is malformed.
-pub fn state(path: &Path) -> Result<Option<Mm2>, StandaloneError> {
+pub fn state(path: &Path) -> Result<Option<Mm3>, StandaloneError> {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
@@ -236,9 +246,12 @@ pub fn state(path: &Path) -> Result<Option<Mm2>, StandaloneError> {
     if text.is_empty() {
         return Ok(None);
     }
-    let place =
-        text.split_once(' ').and_then(|(x, y)| Some(Mm2::new(x.parse().ok()?, y.trim().parse().ok()?)));
-    place.map(Some).ok_or_else(|| StandaloneError::Form { path: path.to_path_buf(), line: 1 })
+    let mut numbers = text.split_whitespace().map(|number| number.parse::<f64>().ok());
+    let mut place = || {
+        let z = |number: Option<Option<f64>>| number.unwrap_or(Some(0.0));
+        Some(Mm3::new(numbers.next()??, numbers.next()??, z(numbers.next())?))
+    };
+    place().map(Some).ok_or_else(|| StandaloneError::Form { path: path.to_path_buf(), line: 1 })
 }
 
 /// The true positions from a [`Records::positions`] file. An incomplete last line is left out.
@@ -265,7 +278,11 @@ fn sample(line: &str) -> Option<Sample> {
     };
     Some(Sample {
         at,
-        position_mm: Mm2::new(fields.next()?.parse().ok()?, fields.next()?.parse().ok()?),
+        position_mm: Mm3::new(
+            fields.next()?.parse().ok()?,
+            fields.next()?.parse().ok()?,
+            fields.next().map_or(Some(0.0), |z| z.parse().ok())?,
+        ),
         kind,
     })
 }

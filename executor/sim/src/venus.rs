@@ -88,7 +88,7 @@ impl VenusSim {
         Self {
             plant: Plant::new(drives, settings.start_mm),
             memory: Memory::saved(&settings),
-            zero: if settings.homed { Mm2::ZERO } else { settings.start_mm },
+            zero: if settings.homed { Mm2::ZERO } else { settings.start_mm.plane() },
             calibrated: if settings.homed { NEAR | FAR } else { 0 },
             searches: None,
             stands: None,
@@ -171,7 +171,7 @@ impl VenusSim {
             "j" => drop(self.stack.pop()?),
             "setpos" => {
                 let place = self.pop_place()?;
-                self.zero = self.stands.unwrap_or(self.plant.position()) - place;
+                self.zero = self.stands.unwrap_or(self.plant.position().plane()) - place;
             }
             "cal" => self.search(NEAR),
             "rm" => self.search(FAR),
@@ -189,7 +189,7 @@ impl VenusSim {
     fn say_place(&mut self) {
         let steps = self.settings.machine.steps_per_mm;
         let coordinate = |mm: f64, unit_mm: f64| (mm * steps).round() / steps / unit_mm;
-        let Mm2 { x, y } = self.plant.position();
+        let Mm2 { x, y } = self.plant.position().plane();
         let x = coordinate(x - self.zero.x, self.memory.unit_mm(1));
         let y = coordinate(y - self.zero.y, self.memory.unit_mm(2));
         let text = match self.memory.dimensions {
@@ -231,7 +231,7 @@ impl VenusSim {
         } else if self.plant.is_busy() {
             self.locked = Some(within);
         } else {
-            self.plant.push(within, self.memory.feed);
+            self.plant.push(within.at_height(0.0), self.memory.feed);
         }
     }
 
@@ -239,7 +239,7 @@ impl VenusSim {
         if !self.plant.is_busy()
             && let Some(to) = self.locked.take()
         {
-            self.plant.push(to, self.memory.feed);
+            self.plant.push(to.at_height(0.0), self.memory.feed);
         }
         if !self.plant.is_homing()
             && let Some(end) = self.searches.take()
@@ -302,7 +302,7 @@ impl SimulatedController for VenusSim {
             Disturbance::Reset | Disturbance::BrownOut => {
                 self.memory = Memory::saved(&self.settings);
                 (self.calibrated, self.error, self.stands) = (0, 0, None);
-                self.zero = self.plant.position();
+                self.zero = self.plant.position().plane();
                 self.deaf_until = self.plant.now().after(BOOT);
             }
             Disturbance::Alarm => self.error = 1009,
@@ -318,8 +318,8 @@ mod tests {
 
     fn controller() -> VenusSim {
         let mut venus = VenusSim::new(SimSettings {
-            work_offset_mm: Mm2::ZERO,
-            ..SimSettings::of(MachineProfile::simulated(), Mm2::new(-20.0, -30.0))
+            work_offset_mm: Mm2::ZERO.at_height(0.0),
+            ..SimSettings::of(MachineProfile::simulated(), Mm2::new(-20.0, -30.0).at_height(0.0))
         });
         hear(&mut venus, b"restore 2 0 setunit 2 1 setunit 2 2 setunit 2 setdim ");
         venus
@@ -346,7 +346,7 @@ mod tests {
             venus.advance(venus.plant.now().after(Duration::from_millis(20)));
             venus.disturb(Disturbance::Reset);
             let stopped = venus.plant.position();
-            assert!(stopped == Mm2::new(-20.0, -30.0) || cut > whole / 2, "{cut}");
+            assert!(stopped == Mm2::new(-20.0, -30.0).at_height(0.0) || cut > whole / 2, "{cut}");
             wait(&mut venus, 2);
             hear(&mut venus, &line[cut..]);
             wait(&mut venus, 5);
@@ -367,7 +367,7 @@ mod tests {
         assert_eq!(hear(&mut venus, b"1 getcaldone "), "0\r\n");
         hear(&mut venus, b"-500 -1000 0 move ");
         wait(&mut venus, 5);
-        assert_eq!(venus.plant.position(), Mm2::new(-20.5, -31.0));
+        assert_eq!(venus.plant.position(), Mm2::new(-20.5, -31.0).at_height(0.0));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use keepout_drives::interpolator::Drives;
 use keepout_executor::dialect::zaber::wire::{checksum, content};
 use keepout_executor::session::Sample;
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
 
 use super::controller::{Disturbance, SimulatedController};
 use super::grbl::SimSettings;
@@ -59,10 +59,19 @@ impl ZaberSim {
         (mm * self.settings.machine.steps_per_mm).round()
     }
 
-    /// Travel in microsteps: the far end is machine zero.
-    fn travel(&self) -> (f64, f64) {
-        let [width, height] = self.settings.machine.travel_mm;
-        (self.steps(width), self.steps(height))
+    /// Travel of each axis in microsteps: the far end is machine zero.
+    fn travel(&self) -> Vec<f64> {
+        let machine = &self.settings.machine;
+        let plane = machine.travel_mm.map(|travel| self.steps(travel));
+        let up = machine.z.as_ref().map(|z| (z.travel_mm * z.steps_per_mm).round());
+        plane.into_iter().chain(up).collect()
+    }
+
+    /// Microsteps per mm of each axis.
+    fn steps_per_mm(&self) -> Vec<f64> {
+        let machine = &self.settings.machine;
+        let up = machine.z.as_ref().map(|z| z.steps_per_mm);
+        [machine.steps_per_mm; 2].into_iter().chain(up).collect()
     }
 
     /// Handles a complete message.
@@ -98,20 +107,25 @@ impl ZaberSim {
 
     fn execute(&mut self, command: &str) -> Result<String, &'static str> {
         let machine = &self.settings.machine;
+        let up = machine.z.as_ref();
+        let set_up = if up.is_some() { "stream 1 setup live 1 2 3" } else { "stream 1 setup live 1 2" };
         match command {
             "" => Ok("0".into()),
             "get pos" => {
-                let (Mm2 { x, y }, (w, h)) = (self.plant.position(), self.travel());
-                Ok(format!("{:.0} {:.0}", self.steps(x) + w, self.steps(y) + h))
+                let Mm3 { x, y, z } = self.plant.position();
+                let axes = [x, y, z].into_iter().zip(self.steps_per_mm()).zip(self.travel());
+                Ok(whole(axes.map(|((mm, steps), travel)| (mm * steps).round() + travel)))
             }
-            "get limit.max" => Ok(format!("{:.0} {:.0}", self.travel().0, self.travel().1)),
+            "get limit.max" => Ok(whole(self.travel().into_iter())),
             "get maxspeed" => {
-                let speed = machine.max_rate_mm_s * machine.steps_per_mm * SPEED_UNIT;
-                Ok(format!("{speed:.0} {speed:.0}"))
+                let rates = [machine.max_rate_mm_s; 2].into_iter().chain(up.map(|z| z.max_rate_mm_s));
+                Ok(whole(rates.zip(self.steps_per_mm()).map(|(rate, steps)| rate * steps * SPEED_UNIT)))
             }
             "get accel" => {
-                let acceleration = machine.acceleration_mm_s2 * machine.steps_per_mm * SPEED_UNIT / 10_000.0;
-                Ok(format!("{acceleration:.0} {acceleration:.0}"))
+                let each =
+                    [machine.acceleration_mm_s2; 2].into_iter().chain(up.map(|z| z.acceleration_mm_s2));
+                let in_units = |(mm_s2, steps): (f64, f64)| mm_s2 * steps * SPEED_UNIT / 10_000.0;
+                Ok(whole(each.zip(self.steps_per_mm()).map(in_units)))
             }
             "set comm.checksum 1" => {
                 self.checksums = true;
@@ -126,8 +140,8 @@ impl ZaberSim {
                 self.live = false;
                 Ok("0".into())
             }
-            "stream 1 setup live 1 2" if self.plant.is_busy() => Err("STATUSBUSY"),
-            "stream 1 setup live 1 2" => {
+            _ if command == set_up && self.plant.is_busy() => Err("STATUSBUSY"),
+            _ if command == set_up => {
                 self.live = true;
                 Ok("0".into())
             }
@@ -145,15 +159,16 @@ impl ZaberSim {
             return Ok("0".into());
         }
         let Some(target) = command.strip_prefix("stream 1 line abs ") else { return Err("BADCOMMAND") };
-        let (x, y) = target.split_once(' ').ok_or("BADDATA")?;
-        let (x, y): (i64, i64) = (x.parse().map_err(|_| "BADDATA")?, y.parse().map_err(|_| "BADDATA")?);
-        let (w, h) = self.travel();
-        let axis = |value: i64, travel: f64| -> Result<f64, &'static str> {
-            let value: f64 = i32::try_from(value).map_err(|_| "BADDATA")?.into();
-            let inside = (0.0..=travel).contains(&value);
-            if inside { Ok((value - travel) / self.settings.machine.steps_per_mm) } else { Err("BADDATA") }
+        let axis = |(value, (travel, steps)): (&str, (f64, f64))| -> Option<f64> {
+            let value = f64::from(value.parse::<i32>().ok()?);
+            (0.0..=travel).contains(&value).then_some((value - travel) / steps)
         };
-        let to = Mm2::new(axis(x, w)?, axis(y, h)?);
+        let axes = self.travel().into_iter().zip(self.steps_per_mm());
+        let values: Vec<&str> = target.split(' ').collect();
+        let wanted = axes.len();
+        let to: Option<Vec<f64>> = values.iter().copied().zip(axes).map(axis).collect();
+        let to = to.filter(|_| values.len() == wanted).ok_or("BADDATA")?;
+        let to = Mm3::new(to[0], to[1], to.get(2).copied().unwrap_or(0.0));
         if self.plant.is_homing() || self.fault.is_some() {
             return Err("STATUSBUSY");
         }
@@ -163,6 +178,11 @@ impl ZaberSim {
         self.plant.push(to, self.feed);
         Ok("0".into())
     }
+}
+
+/// Whole numbers, with a space between.
+fn whole(values: impl Iterator<Item = f64>) -> String {
+    values.map(|value| format!("{value:.0}")).collect::<Vec<_>>().join(" ")
 }
 
 impl SimulatedController for ZaberSim {
@@ -220,8 +240,8 @@ mod tests {
 
     fn sim() -> ZaberSim {
         ZaberSim::new(SimSettings {
-            work_offset_mm: Mm2::ZERO,
-            ..SimSettings::of(MachineProfile::simulated(), Mm2::new(-100.0, -100.0))
+            work_offset_mm: Mm3::ZERO,
+            ..SimSettings::of(MachineProfile::simulated(), Mm3::new(-100.0, -100.0, 0.0))
         })
     }
 

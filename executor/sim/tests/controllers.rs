@@ -68,6 +68,7 @@ fn setup(home: bool) -> SessionSetup {
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
+        z: None,
     };
     SessionSetup { work: PreparedPlan::new(plan), options, dialect: DialectName::Grbl, config }
 }

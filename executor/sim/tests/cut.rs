@@ -11,7 +11,7 @@ use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::{Going, NoEventLog, Session, VirtualClock, coverage, start_inside};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase, PreparedPlan};
 use keepout_guard::Time;
-use keepout_kernel::Point;
+use keepout_kernel::{Height, Place};
 use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
@@ -77,7 +77,7 @@ impl Port for ImpairedLine {
 
 /// The result of one session: the cut paths, and the progress that it reports.
 struct Cut {
-    paths: Vec<Vec<Point>>,
+    paths: Vec<Vec<Place>>,
     progress: Progress,
     finished: usize,
     phase: Phase,
@@ -166,15 +166,16 @@ fn session(
     let run = SimRun { start: Some(start), progress, feed_mm_min: 3000, ..SimRun::default() };
     let scene = Scene::of(work.clone(), &run).unwrap();
     let offset = scene.offset();
-    let on_machine = |point: Point| point_mm(point.translated(offset).unwrap());
+    let on_machine = |point: keepout_kernel::Point| point_mm(point.translated(offset).unwrap());
     let sim = SimSettings {
-        work_offset_mm: Mm2::new(-3.0, -4.0),
-        ..SimSettings::of(run.machine.clone(), on_machine(start))
+        work_offset_mm: Mm2::new(-3.0, -4.0).at_height(0.0),
+        ..SimSettings::of(run.machine.clone(), on_machine(start).at_height(0.0))
     };
     let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
     let machine =
         SimMachine::new(speaking(&DialectName::Grbl, sim), run.baud, run.latency, positioning_error);
-    let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let mut monitor =
+        CollisionMonitor::new(work.levels().clone(), work.plan.plan.tool_radius, (offset, Height::ZERO));
     let damage = PendingDamage::default();
     let line = ImpairedLine { machine, damage: Rc::clone(&damage) };
     let mut session = scene.setup.session(line, operator, Box::new(NoEventLog));
@@ -208,7 +209,7 @@ fn session(
     assert!(monitor.deepest().is_none());
     let supervisor = session.supervisor();
     Cut {
-        paths: monitor.cut_paths().map(<[Point]>::to_vec).collect(),
+        paths: monitor.cut_paths().map(<[Place]>::to_vec).collect(),
         progress: supervisor.progress(),
         finished: supervisor.finished().len(),
         phase: supervisor.phase(),

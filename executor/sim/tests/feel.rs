@@ -65,7 +65,7 @@ fn steered_over(baud: u32, start: Mm2, script: &str) -> Trace {
     assert_eq!(result.facts.deepest_mm, Some(0.0));
     // The script's clock starts with the first input after the start: within 10 ms.
     let began = began.unwrap();
-    let place = |sample: &Sample| (sample.at.elapsed().as_secs_f64() - began, sample.position_mm);
+    let place = |sample: &Sample| (sample.at.elapsed().as_secs_f64() - began, sample.position_mm.plane());
     result.samples.iter().map(place).collect()
 }
 

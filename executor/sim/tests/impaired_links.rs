@@ -13,7 +13,6 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::PassParameters;
 use keepout_planner::request::PlanRequest;
 use keepout_sim::faults::{ByteDamage, Faults, Rates};
-use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::session::{Scene, SimRun};
 use keepout_sim::{Disturbance, PositioningError, SimMachine, SimSettings, VirtualPort, operator, speaking};
 
@@ -31,7 +30,7 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     let run = SimRun { dialect: DialectName::named(language).unwrap(), seed, ..SimRun::default() };
     let mut scene = Scene::of(work.clone(), &run).unwrap();
     scene.setup.options.home = false;
-    let settings = SimSettings::of(machine.clone(), Mm2::new(-1.0, -1.0));
+    let settings = SimSettings::of(machine.clone(), Mm2::new(-1.0, -1.0).at_height(0.0));
     // From one fault in a hundred chunks to one in ten thousand.
     let often = 10.0_f64.powf(-2.0 * random.f64());
     let abilities = run.dialect.dialect(scene.setup.config).abilities();
@@ -40,8 +39,7 @@ fn run(work: &PreparedPlan, language: &str, seed: u64) -> u64 {
     let latency = Duration::from_millis(random.u64(0..40));
     let machine = SimMachine::new(speaking(&run.dialect, settings), 115_200, latency, positioning_error)
         .hurt(Faults::new(to_controller, seed), Faults::new(to_host, seed + 1000));
-    let offset = scene.offset();
-    let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+    let mut monitor = scene.monitor();
     let operator = operator::named(["wall", "random", "reversal"][random.usize(0..3)], 8.0, seed).unwrap();
     let mut session = scene.setup.session(VirtualPort { machine }, operator, Box::new(NoEventLog));
     let mut samples = Vec::new();

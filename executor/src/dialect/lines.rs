@@ -1,9 +1,9 @@
 //! Lines of text from a controller, and numbers in them.
 
 use arrayvec::ArrayVec;
-use keepout_kernel::Point;
+use keepout_kernel::{Height, Place};
 use keepout_planner::Mm2;
-use keepout_planner::units::point_from_mm;
+use keepout_planner::units::{height_from_mm, point_from_mm};
 
 use crate::supervisor::{Text, text};
 
@@ -70,10 +70,12 @@ pub(super) fn as_str(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap_or("")
 }
 
-/// The point from the first two values of a comma-separated list in mm.
-pub(super) fn plane(value: &str) -> Option<Point> {
+/// The place from the first values of a comma-separated list in mm: two, or three on a machine with `three`
+/// axes. Without a third axis its height is zero.
+pub(super) fn place(value: &str, three: bool) -> Option<Place> {
     let mut values = value.split(',').map(|number| number.trim().parse::<f64>().ok());
-    point_from_mm(Mm2::new(values.next()??, values.next()??)).ok()
+    let point = point_from_mm(Mm2::new(values.next()??, values.next()??)).ok()?;
+    Some(point.at_height(if three { height_from_mm(values.next()??).ok()? } else { Height::ZERO }))
 }
 
 /// A destination for bytes. Bytes that do not fit are dropped.

@@ -15,7 +15,7 @@ pub mod zaber;
 pub use described::{Described, Description, DescriptionError, TemplateError};
 pub use grbl::{Grbl, Status};
 pub use inspect::{Finding, Fit, Inspected, Inspector};
-use keepout_kernel::Vector;
+use keepout_kernel::{Height, LatticeError, Place, Vector};
 use keepout_planner::machine::MachineProfile;
 pub use language::{DialectName, DialectNameError};
 pub use venus::Venus;
@@ -65,6 +65,19 @@ pub struct DialectConfig {
     /// Travel of x and y, mm. `None` where a log does not state it: the dialect then does not compare the
     /// controller's travel.
     pub travel_mm: Option<[f64; 2]>,
+    /// The third axis. `None` on a machine with two axes.
+    pub z: Option<DialectZ>,
+}
+
+/// The session's parameters for a dialect's third axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DialectZ {
+    /// The machine's height where the drawing's height is zero.
+    pub zero: Height,
+    /// Least steps per mm of the axis.
+    pub steps_per_mm: f64,
+    /// Its travel, mm. `None` where a log does not state it.
+    pub travel_mm: Option<f64>,
 }
 
 impl DialectConfig {
@@ -72,6 +85,32 @@ impl DialectConfig {
     #[must_use]
     pub fn of(machine: &MachineProfile, offset: Vector) -> Self {
         let MachineProfile { steps_per_mm, arc_tolerance_mm, travel_mm, .. } = *machine;
-        Self { offset, steps_per_mm, arc_tolerance_mm, travel_mm: Some(travel_mm) }
+        Self { offset, steps_per_mm, arc_tolerance_mm, travel_mm: Some(travel_mm), z: None }
+    }
+
+    /// A place of the drawing in machine coordinates. Without a third axis its height is zero.
+    ///
+    /// # Errors
+    /// [`LatticeError`] when it leaves the lattice.
+    pub(crate) fn on_machine(&self, place: Place) -> Result<Place, LatticeError> {
+        let height = match self.z {
+            Some(z) => i64::from(place.height.units()) + i64::from(z.zero.units()),
+            None => 0,
+        };
+        Ok(place.point.translated(self.offset)?.at_height(Height::from_units(height)?))
+    }
+
+    /// A place in machine coordinates, in those of the drawing. Without a third axis its height is zero.
+    ///
+    /// # Errors
+    /// [`LatticeError`] when it leaves the lattice.
+    pub(crate) fn in_drawing(&self, place: Place) -> Result<Place, LatticeError> {
+        let Vector { dx, dy } = self.offset;
+        let height = match self.z {
+            Some(z) => i64::from(place.height.units()) - i64::from(z.zero.units()),
+            None => 0,
+        };
+        let point = place.point.translated(Vector { dx: -dx, dy: -dy })?;
+        Ok(point.at_height(Height::from_units(height)?))
     }
 }

@@ -9,21 +9,21 @@ use crate::supervisor::Command;
 /// A jog to a target in lattice units.
 pub(crate) fn jog_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let mut guard = at_origin();
-    Command::Move(guard.jog(Point::from_units(x, y).unwrap(), feed_mm_min).unwrap())
+    Command::Move(guard.jog(Point::from_units(x, y).unwrap().in_plane(), feed_mm_min).unwrap())
 }
 
 /// A straight contour motion from the origin to a target in lattice units.
 pub(crate) fn contour_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let line = Segment { from: Point::ORIGIN, to: Point::from_units(x, y).unwrap() };
     let mut guard = at_origin();
-    guard.begin_contour(vec![ContourMotion { curve: Curve::Line(line), feed_mm_min }]).unwrap();
+    guard.begin_contour(vec![ContourMotion::in_plane(Curve::Line(line), feed_mm_min)]).unwrap();
     guard.certify_contour(1).unwrap();
     Command::Move(guard.next_of_contour().unwrap())
 }
 
 fn at_origin() -> Guard {
     let mut guard = guard_in_open_space().unwrap();
-    guard.locate(Point::ORIGIN).unwrap();
+    guard.locate(Point::ORIGIN.in_plane()).unwrap();
     guard
 }
 

@@ -38,7 +38,7 @@
 //!   coordinates, and the session ends ([`Reply::Restarted`]).
 
 use keepout_guard::{Interpolation, Motion, OnCancel};
-use keepout_kernel::{Curve, Point, Vector};
+use keepout_kernel::{Curve, Point};
 use keepout_planner::Mm2;
 use keepout_planner::units::point_from_mm;
 
@@ -123,13 +123,13 @@ impl Venus {
     fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let (to, feed_mm_min, what) = match motion {
             Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, What::Jog),
-            Motion::Contour { curve: Curve::Line(line), feed_mm_min } => {
-                (line.to, *feed_mm_min, What::Contour)
+            Motion::Contour { curve: Curve::Line(line), heights: [_, height], feed_mm_min } => {
+                (line.to.at_height(*height), *feed_mm_min, What::Contour)
             }
             // Unreachable: this dialect offers no arcs.
             Motion::Contour { curve: Curve::Arc(_), .. } => return Err(EncodeError::NoArcs),
         };
-        let to = to.translated(self.setting.offset)?;
+        let to = self.setting.on_machine(to)?.point;
         self.target = to;
         let mut line = Words::default();
         if self.feed_mm_min != feed_mm_min {
@@ -280,10 +280,8 @@ impl Venus {
 
     /// `None` when the position is not on the lattice.
     fn report(&self, status: u32, at_mm: Mm2) -> Option<Reply> {
-        let Vector { dx, dy } = self.setting.offset;
-        let back = Vector { dx: -dx, dy: -dy };
-        let position =
-            if self.in_mm { Some(point_from_mm(at_mm).ok()?.translated(back).ok()?) } else { None };
+        let in_drawing = || self.setting.in_drawing(point_from_mm(at_mm).ok()?.in_plane()).ok();
+        let position = if self.in_mm { Some(in_drawing()?) } else { None };
         let mode = if status & BUSY != 0 { Mode::Moving } else { Mode::Idle };
         Some(Reply::Report(Report { mode, position, queued: None, waiting: None }))
     }

@@ -20,7 +20,7 @@ mod tests;
 pub mod wire;
 
 use keepout_guard::{Interpolation, Motion, OnCancel};
-use keepout_kernel::{Curve, Point, Vector};
+use keepout_kernel::{Curve, Height, Place, Point};
 use wire::{Answer, alarm, content, framed, refusal};
 
 use super::exchange::Exchanges;
@@ -62,7 +62,7 @@ struct Asked {
 /// A motion, in microsteps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Target {
-    to: [i64; 2],
+    to: [i64; 3],
     jog: bool,
 }
 
@@ -71,12 +71,14 @@ struct Target {
 pub struct Zaber {
     setting: DialectConfig,
     scale: Scale,
+    /// The scale of the third axis.
+    scale_z: Scale,
     exchanges: Exchanges<Asked>,
     number: u8,
     /// Whether replies must carry a checksum.
     checked: bool,
     /// The machine's zero, microsteps.
-    zero: Option<[i64; 2]>,
+    zero: Option<[i64; 3]>,
     limits: Limits,
     feed_mm_min: u32,
     last: Target,
@@ -97,6 +99,7 @@ impl Zaber {
     pub fn new(setting: DialectConfig) -> Self {
         Self {
             scale: Scale::per_mm(setting.steps_per_mm).unwrap_or(FALLBACK),
+            scale_z: setting.z.and_then(|z| Scale::per_mm(z.steps_per_mm)).unwrap_or(FALLBACK),
             setting,
             exchanges: Exchanges::default(),
             number: 0,
@@ -104,7 +107,7 @@ impl Zaber {
             zero: None,
             limits: Limits::UNLIMITED,
             feed_mm_min: 0,
-            last: Target { to: [0; 2], jog: true },
+            last: Target { to: [0; 3], jog: true },
             lines: Lines::default(),
         }
     }
@@ -113,6 +116,17 @@ impl Zaber {
         self.number = (self.number + 1) % 100;
         let line = framed(self.number, command);
         self.exchanges.send(Asked { what, number: self.number }, line, out);
+    }
+
+    /// Whether the machine has three axes.
+    fn three(&self) -> bool {
+        self.setting.z.is_some()
+    }
+
+    /// Sets up the stream of the machine's axes.
+    fn set_up_stream(&mut self, out: &mut Vec<u8>) {
+        let axes = if self.three() { "1 2 3" } else { "1 2" };
+        self.ask(What::StreamLive, format_args!("stream 1 setup live {axes}"), out);
     }
 
     fn ask_position(&mut self, what: What, out: &mut Vec<u8>) {
@@ -128,14 +142,17 @@ impl Zaber {
     fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let (to, feed_mm_min, jog) = match motion {
             Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, true),
-            Motion::Contour { curve: Curve::Line(line), feed_mm_min } => (line.to, *feed_mm_min, false),
+            Motion::Contour { curve: Curve::Line(line), heights: [_, height], feed_mm_min } => {
+                (line.to.at_height(*height), *feed_mm_min, false)
+            }
             // Unreachable: this dialect offers no arcs.
             Motion::Contour { curve: Curve::Arc(_), .. } => return Err(EncodeError::NoArcs),
         };
-        let to = to.translated(self.setting.offset)?;
+        let Place { point, height } = self.setting.on_machine(to)?;
         let zero = self.zero.ok_or(EncodeError::WorkOffsetUnknown)?;
-        let to = [self.scale.counts(to.x.units()), self.scale.counts(to.y.units())];
-        self.last = Target { to: [to[0] + zero[0], to[1] + zero[1]], jog };
+        let plane = [self.scale.counts(point.x.units()), self.scale.counts(point.y.units())];
+        let up = self.scale_z.counts(height.units());
+        self.last = Target { to: [plane[0] + zero[0], plane[1] + zero[1], up + zero[2]], jog };
         if self.feed_mm_min != feed_mm_min {
             self.feed_mm_min = feed_mm_min;
             let speed = self.speed(feed_mm_min);
@@ -146,9 +163,12 @@ impl Zaber {
     }
 
     fn send_last(&mut self, out: &mut Vec<u8>) {
-        let Target { to: [x, y], jog } = self.last;
+        let Target { to: [x, y, z], jog } = self.last;
         let what = if jog { What::Jog } else { What::Contour };
-        self.ask(what, format_args!("stream 1 line abs {x} {y}"), out);
+        match self.three() {
+            true => self.ask(what, format_args!("stream 1 line abs {x} {y} {z}"), out),
+            false => self.ask(what, format_args!("stream 1 line abs {x} {y}"), out),
+        }
     }
 
     /// A feed in device speed units, at least one.
@@ -211,7 +231,7 @@ impl Zaber {
             What::Home | What::Homing if answer.mode() == Mode::Alarm => Some(alarm(answer.warning)),
             What::Home | What::Homing => Some(Reply::Homed),
             What::StreamOff => {
-                self.ask(What::StreamLive, format_args!("stream 1 setup live 1 2"), out);
+                self.set_up_stream(out);
                 None
             }
             What::StreamLive => {
@@ -236,7 +256,7 @@ impl Zaber {
         match what {
             // The stream was not set up, so the dialect sets it up directly.
             What::StreamOff => {
-                self.ask(What::StreamLive, format_args!("stream 1 setup live 1 2"), out);
+                self.set_up_stream(out);
                 None
             }
             What::Checksum => {
@@ -258,9 +278,11 @@ impl Zaber {
 
     /// The mismatch between the device's travel and the profile's. A wrong number of microsteps in the
     /// profile scales targets and reports alike, so only the travel reveals it.
-    fn other_travel(&self, limit: [i64; 2]) -> Option<Unfit> {
-        let mut travels =
-            limit.map(|counts| self.scale.to_mm(counts)).into_iter().zip(self.setting.travel_mm?);
+    fn other_travel(&self, [x, y, z]: [i64; 3]) -> Option<Unfit> {
+        let [travel_x, travel_y] = self.setting.travel_mm?;
+        let plane = [(self.scale.to_mm(x), travel_x), (self.scale.to_mm(y), travel_y)];
+        let up = self.setting.z.and_then(|axis| Some((self.scale_z.to_mm(z), axis.travel_mm?)));
+        let mut travels = plane.into_iter().chain(up);
         let (value, _) = travels.find(|(found, travel)| (found / travel - 1.0).abs() > TRAVEL_OFF)?;
         let needed =
             "the profile's travel_mm within 2 %. Correct steps_per_mm or travel_mm in the machine profile";
@@ -269,8 +291,9 @@ impl Zaber {
 
     /// `None` unless the answer is two numbers of 32 bits.
     fn setting_read(&mut self, what: What, answer: &Answer<'_>, out: &mut Vec<u8>) -> Option<Option<Reply>> {
-        let values = answer.pair()?;
-        let [one, other] = values.map(|value| i32::try_from(value).ok());
+        let values = answer.axes(self.three())?;
+        let [one, other, third] = values.map(|value| i32::try_from(value).ok());
+        third?;
         let (least, most) = (one?.min(other?), one?.max(other?));
         let figure = |counts: i32| f64::from(counts) * 10_000.0 / 16_384.0 / self.scale.per_mm_f64();
         Some(match what {
@@ -299,8 +322,8 @@ impl Zaber {
 
     /// `None` when the answer is not a position.
     fn pace(&mut self, answer: &Answer<'_>, out: &mut Vec<u8>) -> Option<Option<Reply>> {
-        let at = answer.pair()?;
-        let left = (0..2).map(|k| self.last.to[k].abs_diff(at[k])).max().unwrap_or(0);
+        let at = answer.axes(self.three())?;
+        let left = (0..3).map(|k| self.last.to[k].abs_diff(at[k])).max().unwrap_or(0);
         let ahead = keepout_kernel::curve::nearest_unit(self.scale.approximate(AHEAD_MM));
         if answer.busy && left > ahead.unsigned_abs() {
             self.ask_position(What::Pace, out);
@@ -314,13 +337,15 @@ impl Zaber {
         if answer.warning == "WM" {
             return Some(Reply::Displaced);
         }
-        let at = answer.pair()?;
+        let at = answer.axes(self.three())?;
         let position = match self.zero {
             Some(zero) => {
-                let axis = |k: usize| self.scale.units(at[k].checked_sub(zero[k]).unwrap_or(i64::MAX));
-                let Vector { dx, dy } = self.setting.offset;
-                let machine = Point::from_units(axis(0), axis(1));
-                Some(machine.and_then(|at| at.translated(Vector { dx: -dx, dy: -dy })).ok()?)
+                let axis =
+                    |k: usize, scale: Scale| scale.units(at[k].checked_sub(zero[k]).unwrap_or(i64::MAX));
+                let point = Point::from_units(axis(0, self.scale), axis(1, self.scale)).ok()?;
+                let height = if self.three() { axis(2, self.scale_z) } else { 0 };
+                let machine = point.at_height(Height::from_units(height).ok()?);
+                Some(self.setting.in_drawing(machine).ok()?)
             }
             None => None,
         };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use keepout_kernel::{Length, Point, UNITS_PER_MM};
+use keepout_kernel::{Length, Place, Point, UNITS_PER_MM};
 use keepout_planner::Mm2;
 use keepout_planner::finish::{FreeSpaces, PATH_CLEARANCE, centre_distance};
 use keepout_planner::plan::CertifiedPlan;
@@ -52,7 +52,7 @@ const TOUCHING_MM: f64 = 0.000_5;
 /// A point of the profile is reachable if the tool fits against it at R + M, in the connected component of free
 /// space that holds the cut. The check is exact.
 #[must_use]
-pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Point]>) -> Coverage {
+pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Place]>) -> Coverage {
     let radius = mm(plan.plan.tool_radius.units());
     let centres = CentrePaths::new(cut, mm(plan.finishing.units()) + MISSED_MM);
     let spaces = plan.plan.finish().free_spaces();
@@ -164,12 +164,14 @@ struct CentrePaths {
 }
 
 impl CentrePaths {
-    fn new<'a>(cut: impl Iterator<Item = &'a [Point]>, cell: f64) -> Self {
+    fn new<'a>(cut: impl Iterator<Item = &'a [Place]>, cell: f64) -> Self {
         let mut paths = Self { cell, cells: BTreeMap::new(), segments: Vec::new(), places: Vec::new() };
         for path in cut {
-            paths.places.push(path.iter().step_by((path.len() / PLACES).max(1)).copied().collect());
+            paths
+                .places
+                .push(path.iter().step_by((path.len() / PLACES).max(1)).map(|place| place.point).collect());
             for pair in path.windows(2) {
-                let segment = (point_mm(pair[0]), point_mm(pair[1]));
+                let segment = (point_mm(pair[0].point), point_mm(pair[1].point));
                 let index = paths.segments.len();
                 let (a, b) = (paths.key(segment.0), paths.key(segment.1));
                 for x in a.0.min(b.0)..=a.0.max(b.0) {

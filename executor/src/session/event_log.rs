@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use arrayvec::ArrayVec;
 use keepout_guard::{Certified, Guard, Motion, Time};
-use keepout_kernel::{Curve, Point};
+use keepout_kernel::{Curve, Height, Point};
 use keepout_planner::job::{ContourJob, JobError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -92,17 +92,45 @@ pub enum Certificate {
         /// Its target.
         #[serde(with = "keepout_planner::stored")]
         to: Point,
+        /// The height of its target.
+        #[serde(
+            with = "keepout_planner::stored",
+            default = "keepout_planner::stored::height_zero",
+            skip_serializing_if = "keepout_planner::stored::is_height_zero"
+        )]
+        height: Height,
         /// Its feed, mm/min.
         feed_mm_min: u32,
         /// The in-flight set. It contains the target.
         #[serde(with = "in_flight_set")]
         set: ArrayVec<Point, SET_MAX>,
+        /// The lowest height of that set.
+        #[serde(
+            with = "keepout_planner::stored",
+            default = "keepout_planner::stored::height_zero",
+            skip_serializing_if = "keepout_planner::stored::is_height_zero"
+        )]
+        lowest: Height,
     },
     /// A motion of a contour.
     Contour {
         /// The motion.
         #[serde(with = "keepout_planner::stored")]
         curve: Curve,
+        /// The height at its start.
+        #[serde(
+            with = "keepout_planner::stored",
+            default = "keepout_planner::stored::height_zero",
+            skip_serializing_if = "keepout_planner::stored::is_height_zero"
+        )]
+        from: Height,
+        /// The height at its end.
+        #[serde(
+            with = "keepout_planner::stored",
+            default = "keepout_planner::stored::height_zero",
+            skip_serializing_if = "keepout_planner::stored::is_height_zero"
+        )]
+        to: Height,
         /// Its feed, mm/min.
         feed_mm_min: u32,
     },
@@ -114,9 +142,13 @@ impl Certificate {
     pub fn of(certified: &Certified, guard: &Guard) -> Self {
         match *certified.motion() {
             Motion::Jog { to, feed_mm_min } => {
-                Self::Jog { to, feed_mm_min, set: guard.in_flight().take(SET_MAX).collect() }
+                let set = guard.in_flight().take(SET_MAX).collect();
+                let lowest = guard.lowest().unwrap_or(to.height);
+                Self::Jog { to: to.point, height: to.height, feed_mm_min, set, lowest }
             }
-            Motion::Contour { curve, feed_mm_min } => Self::Contour { curve, feed_mm_min },
+            Motion::Contour { curve, heights: [from, to], feed_mm_min } => {
+                Self::Contour { curve, from, to, feed_mm_min }
+            }
         }
     }
 }

@@ -40,7 +40,7 @@ pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
         timeline
             .samples
             .last()
-            .map(|last| Trace { kind: TraceKind::Manual, points_mm: vec![last.position_mm] }),
+            .map(|last| Trace { kind: TraceKind::Manual, points_mm: vec![last.position_mm.plane()] }),
     );
     let title = format!("{}, {}: jogging as reported, contour as sent", header.drawing, header.began);
     let progress = replay.supervisor.progress();
@@ -51,7 +51,8 @@ pub fn picture_of_log(header: &Header, replay: &Replay) -> String {
 /// would cut the part, the tool took another path, and the picture leaves the line out.
 fn traces_by_hand(plan: &CertifiedPlan, samples: &[Sample]) -> Vec<Trace> {
     let clear = |a: &Sample, b: &Sample| {
-        let (Ok(from), Ok(to)) = (point_from_mm(a.position_mm), point_from_mm(b.position_mm)) else {
+        let (Ok(from), Ok(to)) = (point_from_mm(a.position_mm.plane()), point_from_mm(b.position_mm.plane()))
+        else {
             return false;
         };
         plan.part.edges_clear(Segment { from, to }, plan.plan.tool_radius).is_ok()

@@ -164,9 +164,9 @@ pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
                 if index - last_kept < every {
                     continue;
                 }
-                trace.points_mm.push(sample.position_mm);
+                trace.points_mm.push(sample.position_mm.plane());
             }
-            _ => traces.push(Trace { kind, points_mm: vec![sample.position_mm] }),
+            _ => traces.push(Trace { kind, points_mm: vec![sample.position_mm.plane()] }),
         }
         last_kept = index;
     }

@@ -300,10 +300,10 @@ impl<'a, P: Port> Session<'a, P> {
     fn seen(&self) -> OperatorView {
         let supervisor = self.supervisor();
         let plan = supervisor.plan();
-        let position_mm = supervisor.position().map(point_mm);
+        let position_mm = supervisor.position().map(|place| point_mm(place.point));
         OperatorView {
             position_mm,
-            wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position)),
+            wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position.point)),
             part_box: self.part_box,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
             unacknowledged: supervisor.guard().unacknowledged(),

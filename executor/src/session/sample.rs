@@ -1,7 +1,7 @@
 //! Sampled positions of the tool.
 
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
 use serde::{Deserialize, Serialize};
 
 /// The machine's motion at a sample.
@@ -22,8 +22,8 @@ pub enum SampleKind {
 pub struct Sample {
     /// The time of the sample.
     pub at: Time,
-    /// The tool centre, machine coordinates, mm.
-    pub position_mm: Mm2,
+    /// The tool's tip, machine coordinates, mm. Its height is zero on a machine with two axes.
+    pub position_mm: Mm3,
     /// The machine's motion.
     pub kind: SampleKind,
 }

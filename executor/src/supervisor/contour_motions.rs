@@ -30,15 +30,14 @@ impl Supervisor {
             into.extend(
                 quarters(arc, longest_mm)?
                     .into_iter()
-                    .map(|piece| ContourMotion { curve: Curve::Arc(piece), feed_mm_min: feed }),
+                    .map(|piece| ContourMotion::in_plane(Curve::Arc(piece), feed)),
             );
             return Ok(());
         }
         let points = curve.chord_points(self.chord_error_bound())?;
         for pair in points.windows(2) {
             let line = Segment { from: pair[0], to: pair[1] };
-            let step =
-                |from, to| ContourMotion { curve: Curve::Line(Segment { from, to }), feed_mm_min: feed };
+            let step = |from, to| ContourMotion::in_plane(Curve::Line(Segment { from, to }), feed);
             self.steps(line, stock, longest_mm, &mut |from, to| into.push(step(from, to)))?;
         }
         Ok(())
@@ -114,9 +113,9 @@ impl Supervisor {
         };
         let mut queued = self.guard.contour_left().iter().take(sent.saturating_sub(at));
         let Some(under_way) = queued.next() else { return true };
-        let here = self.position.unwrap_or(under_way.curve.from());
+        let here = self.position.unwrap_or(under_way.curve.from().in_plane());
         let feed_mm_s = mm_s(under_way.feed_mm_min);
-        let first = length_mm(under_way.curve.to().minus(here)) / feed_mm_s;
+        let first = length_mm(under_way.curve.to().minus(here.point)) / feed_mm_s;
         let seconds = |motion: &ContourMotion| {
             motion.curve.length() / f64::from(UNITS_PER_MM) / mm_s(motion.feed_mm_min)
         };

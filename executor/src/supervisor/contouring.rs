@@ -24,7 +24,7 @@ impl Supervisor {
         let Some(at) = self.guard.end() else { return false };
         let Ok(band) = length_up_from_mm(TOUCH_MM) else { return false };
         let here = Segment { from: at.point(), to: at.point() };
-        self.work.simplified().edges_clear(here, at.threshold().saturating_plus(band)).is_err()
+        self.guard.part().edges_clear(here, at.threshold().saturating_plus(band)).is_err()
     }
 
     /// The contouring job that the supervisor requests. The session computes it and returns it as an event.

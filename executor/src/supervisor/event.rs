@@ -2,7 +2,7 @@
 
 use arrayvec::ArrayString;
 use keepout_guard::{Certified, CertifiedCancel};
-use keepout_kernel::{LatticeError, Point};
+use keepout_kernel::{LatticeError, Place};
 use keepout_planner::job::{ContourJob, JobError};
 use thiserror::Error;
 
@@ -58,9 +58,9 @@ impl std::fmt::Display for Mode {
 pub struct Report {
     /// The controller's state.
     pub mode: Mode,
-    /// The tool centre in drawing coordinates. `None` when the report does not state it, or the coordinates
+    /// The tool's tip in drawing coordinates. `None` when the report does not state it, or the coordinates
     /// are not known yet.
-    pub position: Option<Point>,
+    pub position: Option<Place>,
     /// Number of motions in the controller's queue. `None` when the report does not state it.
     pub queued: Option<usize>,
     /// Whether the controller has received input that it has not acted on. `None` when the report does not

@@ -35,7 +35,7 @@ pub use input::{
 pub use jog::Limits;
 use jog::{JogContext, JogPlanner, WallContact};
 use keepout_guard::{Guard, Time};
-use keepout_kernel::Point;
+use keepout_kernel::Place;
 use keepout_planner::Mm2;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
@@ -81,7 +81,7 @@ pub struct Supervisor {
     notices: Vec<String>,
     counts: Counts,
     /// Position feedback: the last reported position, and the mode of the last report.
-    position: Option<Point>,
+    position: Option<Place>,
     mode: Option<Mode>,
     /// Time of the last step of the start.
     start_step_at: Time,
@@ -122,7 +122,7 @@ impl Supervisor {
         let rules = rules(plan, options.travel, abilities);
         let limits = Limits::of(machine.max_rate_mm_s, machine.acceleration_mm_s2);
         Self {
-            guard: Guard::new(Arc::clone(&work.part), Arc::clone(&work.simplified), rules),
+            guard: Guard::new(Arc::clone(&work.levels), Arc::clone(&work.simplified), rules),
             work,
             homes: options.home,
             abilities,
@@ -234,9 +234,9 @@ impl Supervisor {
         &self.guard
     }
 
-    /// The last reported position of the tool centre.
+    /// The last reported position of the tool.
     #[must_use]
-    pub fn position(&self) -> Option<Point> {
+    pub fn position(&self) -> Option<Place> {
         self.position
     }
 

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use keepout_guard::Rules;
+use keepout_guard::{HeightRules, Rules};
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Length, ProhibitedRegion};
+use keepout_kernel::{Length, Levels};
 use keepout_planner::margin::TermKind;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::length_up_from_mm;
@@ -17,8 +17,8 @@ use crate::supervisor::Abilities;
 pub struct PreparedPlan {
     /// The plan.
     pub plan: Arc<CertifiedPlan>,
-    pub(super) part: Arc<ProhibitedRegion>,
-    pub(super) simplified: Arc<ProhibitedRegion>,
+    pub(super) levels: Arc<Levels>,
+    pub(super) simplified: Arc<Levels>,
 }
 
 /// Divisor of the stock to leave that gives the tolerance of the simplified outline. One chord replaces a run
@@ -33,25 +33,23 @@ impl PreparedPlan {
     pub fn new(plan: CertifiedPlan) -> Self {
         let tolerance = (i64::from(plan.plan.stock_to_leave.units()) / COARSE_SHARE).min(COARSE_MAX);
         let tolerance = Length::from_units(tolerance).unwrap_or(Length::ZERO);
-        let mut simplified = plan.part.simplified(tolerance).unwrap_or_else(|_| plan.part.clone());
-        // Cells only speed up the queries at the jogging clearance and a little beyond it. For a part too
-        // large for cells, the queries use its index.
-        let _ = simplified.prepare(plan.roughing);
-        let _ = simplified.prepare(standing_off(plan.roughing));
-        let part = Arc::new(plan.part.clone());
-        Self { plan: Arc::new(plan), part, simplified: Arc::new(simplified) }
+        let levels = Arc::new(Levels::flat(Arc::new(plan.part.clone())));
+        let thresholds = [plan.roughing, standing_off(plan.roughing)];
+        let simplified = levels.simplified(tolerance);
+        let simplified = simplified.as_ref().unwrap_or(&levels).prepared(&thresholds);
+        Self { plan: Arc::new(plan), levels, simplified: Arc::new(simplified) }
     }
 
-    /// The simplified outline for jogs: up to 10 µm larger than the part.
+    /// The simplified outlines for jogs: up to 10 µm larger than the part.
     #[must_use]
-    pub fn simplified(&self) -> &ProhibitedRegion {
+    pub fn simplified(&self) -> &Arc<Levels> {
         &self.simplified
     }
 
     /// The part.
     #[must_use]
-    pub fn part(&self) -> &ProhibitedRegion {
-        &self.part
+    pub fn levels(&self) -> &Arc<Levels> {
+        &self.levels
     }
 }
 
@@ -70,6 +68,7 @@ pub(super) fn rules(plan: &CertifiedPlan, travel: Window, abilities: Abilities) 
         on_cancel: abilities.on_cancel,
         contours: abilities.contours,
         checked: abilities.checked,
+        heights: HeightRules::TWO_AXES,
     }
 }
 

@@ -92,7 +92,7 @@ impl Supervisor {
         {
             return Ok(());
         }
-        self.guard.locate(at).map_err(|refusal| Fault::InsidePart { at, refusal })?;
+        self.guard.locate(at).map_err(|refusal| Fault::InsidePart { at: at.point, refusal })?;
         // Only here: a fault before this point may have left homing incomplete.
         self.homes = false;
         self.unrecovered = None;

@@ -1,6 +1,6 @@
 //! The states of the supervisor.
 
-use keepout_kernel::{Curve, Point};
+use keepout_kernel::{Curve, Place, Point};
 use keepout_planner::job::{ContourJob, Progress};
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ pub(super) enum State {
     Arming,
     /// Waiting for a report at rest with a position. Without a checksum, a second report must agree.
     Locating {
-        seen: Option<Point>,
+        seen: Option<Place>,
     },
     Manual(JogPlanner),
     /// Jogging along the wall.

@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 
 use keepout_guard::{Interpolation, OnCancel};
+use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
 use keepout_planner::Mm2;
 use keepout_planner::job::ContourJob;
@@ -44,7 +45,7 @@ fn at(mm: Mm2) -> Point {
 }
 
 fn report(mode: Mode) -> Event {
-    let report = Report { mode, position: Some(at(CLEAR)), queued: Some(0), waiting: Some(false) };
+    let report = Report { mode, position: Some(at(CLEAR).in_plane()), queued: Some(0), waiting: Some(false) };
     Event::Reply(Reply::Report(report))
 }
 
@@ -129,7 +130,7 @@ fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {
     };
     let mut supervisor = Supervisor::new(work.clone(), options, ABILITIES);
     if !["Connecting", "Preparing", "Homing", "Arming", "Locating", "Faulted"].contains(&name) {
-        supervisor.guard.locate(at(if name == "Escaping" { NEAR } else { CLEAR })).unwrap();
+        supervisor.guard.locate(at(if name == "Escaping" { NEAR } else { CLEAR }).in_plane()).unwrap();
     }
     supervisor.state = state;
     supervisor.polling.answer_now(NOW);

@@ -129,7 +129,7 @@ impl Supervisor {
             && let (Some(motion), Some(ContourMotion { curve, .. })) =
                 (self.guard.contour_at(), self.guard.contour_left().first())
         {
-            run.see(position, motion, curve);
+            run.see(position.point, motion, curve);
         }
         if let State::Stopping { stale: stale @ 1.., .. } = &mut self.state {
             *stale -= 1;

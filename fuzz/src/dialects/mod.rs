@@ -14,9 +14,9 @@ use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_guard::{Certification, Certified, ContourMotion, Time, guard_in_open_space};
 use keepout_kernel::curve::fit_arc;
 use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vec2, Vector};
-use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::{mm, vector_mm};
+use keepout_planner::{Mm2, Mm3};
 use keepout_sim::{SimSettings, SimulatedController, speaking};
 use says::{Heard, Says};
 
@@ -54,6 +54,7 @@ pub fn dialect_config() -> DialectConfig {
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
         travel_mm: Some(TRAVEL_MM),
+        z: None,
     }
 }
 
@@ -79,7 +80,7 @@ pub fn grbl_decode(bytes: &[u8]) {
     let (report, mut out) = (b"<Idle|MPos:-123.456,0.007,0.000>\r\n", Vec::new());
     let replies: Vec<Reply> = report.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).collect();
     let [Reply::Report(report)] = replies[..] else { panic!("after a reset: {replies:?}") };
-    assert_eq!(report.position, Some(Point::ORIGIN));
+    assert_eq!(report.position, Some(Point::ORIGIN.in_plane()));
 }
 
 /// Gives the same lines to the inspector.
@@ -213,8 +214,8 @@ fn moves() -> &'static [Certified; 3] {
 /// A jog over an empty plane.
 fn jog(from: Point, to: Point) -> Certified {
     let mut guard = guard_in_open_space().expect("a triangle is a region");
-    guard.locate(from).expect("it is far from everything");
-    guard.jog(to, 1200).expect("it is far from everything")
+    guard.locate(from.in_plane()).expect("it is far from everything");
+    guard.jog(to.in_plane(), 1200).expect("it is far from everything")
 }
 
 /// A straight motion of a contour over an empty plane.
@@ -233,8 +234,10 @@ fn bend() -> Curve {
 
 fn contour(curve: Curve, feed_mm_min: u32) -> Certified {
     let mut guard = guard_in_open_space().expect("a triangle is a region");
-    guard.locate(curve.from()).expect("it is far from everything");
-    guard.begin_contour(vec![ContourMotion { curve, feed_mm_min }]).expect("it begins where the tool is");
+    guard.locate(curve.from().in_plane()).expect("it is far from everything");
+    guard
+        .begin_contour(vec![ContourMotion::in_plane(curve, feed_mm_min)])
+        .expect("it begins where the tool is");
     assert_eq!(guard.certify_contour(usize::MAX), Ok(Certification::Done));
     guard.next_of_contour().expect("it is the first")
 }
@@ -311,8 +314,8 @@ impl Trip {
         let machine = MachineProfile::simulated();
         let config = DialectConfig::of(&machine, offset);
         let settings = SimSettings {
-            work_offset_mm: Mm2::new(-30.0, -20.0),
-            ..SimSettings::of(machine, vector_mm(offset))
+            work_offset_mm: Mm2::new(-30.0, -20.0).at_height(0.0),
+            ..SimSettings::of(machine, vector_mm(offset).at_height(0.0))
         };
         let controller = speaking(name, settings);
         let dialect = name.dialect(config);
@@ -348,7 +351,7 @@ impl Trip {
         };
         let mut samples = Vec::new();
         self.controller.take_samples(&mut samples);
-        let Mm2 { x, y } = samples.last().expect("it has moved").position_mm;
+        let Mm3 { x, y, .. } = samples.last().expect("it has moved").position_mm;
         let half_step_mm = 0.5 / MachineProfile::simulated().steps_per_mm + 2e-5;
         let machine = to.translated(offset).expect("it is small");
         let off = (x - mm(machine.x.units())).abs().max((y - mm(machine.y.units())).abs());
@@ -357,13 +360,13 @@ impl Trip {
             let arc = Curve::Arc(arc);
             // The margin's share for arcs.
             let most_mm = 4.0 * MachineProfile::simulated().arc_tolerance_mm + 2.0 * half_step_mm;
-            for Mm2 { x, y } in samples.iter().map(|sample| sample.position_mm) {
+            for Mm3 { x, y, .. } in samples.iter().map(|sample| sample.position_mm) {
                 let place = ((x - mm(offset.dx)) * UNIT, (y - mm(offset.dy)) * UNIT);
                 let off = oracle::distance(place, [&arc].into_iter()) / UNIT;
                 assert!(off <= most_mm, "{off} mm beside {arc:?} at {place:?}");
             }
         }
-        let reported = report.position.expect("it is armed").minus(to);
+        let reported = report.position.expect("it is armed").point.minus(to);
         let off = mm(reported.dx).abs().max(mm(reported.dy).abs());
         assert!(off <= 4.0 * half_step_mm, "reported {off} mm from {to:?}");
     }

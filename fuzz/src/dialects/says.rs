@@ -120,7 +120,7 @@ impl GrblCheck {
         let Some(at) = report.position else { return };
         let place = text.split_once("|MPos:").and_then(|(_, rest)| two(rest, ','));
         let [x, y] = place.unwrap_or_else(|| panic!("a place from {text:?}"));
-        is_there(at, [x, y], text);
+        is_there(at.point, [x, y], text);
     }
 }
 
@@ -194,7 +194,7 @@ impl Says for ZaberCheck {
         let counts = zaber_counts(&text).unwrap_or_else(|| panic!("a place from {text:?}"));
         let zero = self.zero.unwrap_or_else(|| panic!("a place without a zero, from {text:?}"));
         let axis = |k: usize| (counts[k] - zero[k]) / dialect_config().steps_per_mm;
-        is_there(at, [axis(0), axis(1)], &text);
+        is_there(at.point, [axis(0), axis(1)], &text);
     }
 }
 
@@ -215,7 +215,7 @@ pub fn venus(heard: &Heard, reply: &Reply) {
     assert_eq!(status.map(|status| status.is_multiple_of(2)), Some(report.mode == Mode::Idle), "{lines:?}");
     if let Some(at) = report.position {
         let place = two(&text, ' ').unwrap_or_else(|| panic!("a place from {text:?}"));
-        is_there(at, place, &text);
+        is_there(at.point, place, &text);
     }
 }
 
@@ -288,7 +288,7 @@ fn described(heard: &Heard, reply: &Reply, reading: &Reading) {
     };
     assert!(report.mode != Mode::Idle || rests == Some(true), "{report:?} from {lines:?}");
     let Some(at) = report.position else { return };
-    let says = |[a, b]: [f64; 2]| off(at, (reading.place_mm)(a, b)) < 2e-5;
+    let says = |[a, b]: [f64; 2]| off(at.point, (reading.place_mm)(a, b)) < 2e-5;
     let said = lines
         .iter()
         .any(|line| numbers(line, reading.letters).windows(2).any(|pair| says([pair[0], pair[1]])));

@@ -134,7 +134,7 @@ impl Machine {
     fn begins_elsewhere(&self, motion: &Motion) -> bool {
         let Motion::Contour { curve: Curve::Arc(arc), .. } = motion else { return false };
         let end = self.planner.back().map_or(self.tool, |last| match last {
-            Motion::Jog { to, .. } => plain(*to),
+            Motion::Jog { to, .. } => plain(to.point),
             Motion::Contour { curve, .. } => plain(curve.to()),
         });
         let from = plain(arc.from());
@@ -146,7 +146,7 @@ impl Machine {
         let mode = if self.planner.is_empty() { Mode::Idle } else { Mode::Moving };
         Report {
             mode,
-            position: Point::from_units(digit(self.tool.0), digit(self.tool.1)).ok(),
+            position: Point::from_units(digit(self.tool.0), digit(self.tool.1)).ok().map(Point::in_plane),
             queued: self.make.abilities.queues.then_some(self.planner.len()),
             waiting: self.make.abilities.queues.then_some(!self.received.is_empty()),
         }
@@ -166,7 +166,7 @@ impl Machine {
                 let (centre, (angle, r)) = (xy(arc.centre()), oracle::polar(&arc, at));
                 nearest((centre.0 + r * angle.cos(), centre.1 + r * angle.sin()))
             }
-            Motion::Jog { to, .. } => self.between(from, to, at, self.make.abilities.interpolation),
+            Motion::Jog { to, .. } => self.between(from, to.point, at, self.make.abilities.interpolation),
             Motion::Contour { curve, .. } => self.between(from, curve.to(), at, self.make.abilities.contours),
         };
         self.begun.1 = at;

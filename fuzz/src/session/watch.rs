@@ -30,7 +30,7 @@ impl Play {
         let abilities = self.machine.abilities();
         match command {
             Command::Move(certified) => match certified.motion() {
-                Motion::Jog { to, .. } if inside => self.watch_way_out(*to),
+                Motion::Jog { to, .. } if inside => self.watch_way_out(to.point),
                 Motion::Jog { .. } => self.watch_set(),
                 Motion::Contour { curve, .. } => self.watch_contour(curve),
             },
@@ -109,7 +109,7 @@ impl Play {
         assert!(is_in(tool, most), "the tool is more than {most} off {set:?}, at {tool:?}");
         for motion in self.machine.under_way() {
             if let Motion::Jog { to, .. } = motion {
-                assert!(is_in(plain(*to), 4), "{to:?} is under way, and not in {set:?}");
+                assert!(is_in(plain(to.point), 4), "{to:?} is under way, and not in {set:?}");
             }
         }
     }

@@ -234,8 +234,7 @@ mod tests {
             assert_eq!(region.depths(), rings.iter().map(depth).collect::<Vec<_>>());
             let parents = rings.iter().map(|ring| {
                 let around = rings.iter().enumerate().filter(|(_, other)| *other != ring);
-                let around =
-                    around.filter(|(_, other)| other.crossing_parity_is_odd(ring.vertices()[0]));
+                let around = around.filter(|(_, other)| other.crossing_parity_is_odd(ring.vertices()[0]));
                 around.max_by_key(|(_, other)| depth(other)).map(|(index, _)| index)
             });
             assert_eq!(region.parents(), parents.collect::<Vec<_>>());

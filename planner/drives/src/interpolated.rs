@@ -1,7 +1,7 @@
 //! A path as the simulated interpolator sends it to the drives: slower at corners, from rest to rest.
 
-use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
+use keepout_planner::{Mm2, Mm3};
 
 use crate::Axes;
 use crate::interpolator::{Drives, QueuedMotion};
@@ -30,8 +30,9 @@ pub fn interpolated(
     interpolator: &Interpolator,
     profile: &DriveProfile,
 ) -> Interpolated {
-    let pulses = |Mm2 { x, y }: Mm2| Axes::new(x, y) * profile.pulses_per_mm;
-    let start = points_mm.first().copied().unwrap_or_default();
+    let pulses = |at: Mm3| Axes::new(at.x, at.y) * profile.pulses_per_mm;
+    let in_space = |point: Mm2| point.at_height(0.0);
+    let start = in_space(points_mm.first().copied().unwrap_or_default());
     let machine = MachineProfile {
         max_rate_mm_s: interpolator.max_rate_mm_s,
         acceleration_mm_s2: interpolator.acceleration_mm_s2,
@@ -39,7 +40,7 @@ pub fn interpolated(
     };
     let mut motion = QueuedMotion::new(Drives::of(&machine, interpolator.junction_deviation_mm), start);
     for &point in points_mm.iter().skip(1) {
-        motion.push(point, feed_mm_s, 1e-9);
+        motion.push(in_space(point), feed_mm_s, 1e-9);
     }
     let mut stream = Stream::at_rest(pulses(start), AT_REST).keeping_all();
     while motion.queued() > 0 {
@@ -52,7 +53,8 @@ pub fn interpolated(
         stream.tick(profile.period_s);
         rests += profile.period_s;
     }
-    let lines =
-        points_mm.windows(2).map(|pair| PathPiece::Line { from: pulses(pair[0]), to: pulses(pair[1]) });
+    let lines = points_mm
+        .windows(2)
+        .map(|pair| PathPiece::Line { from: pulses(in_space(pair[0])), to: pulses(in_space(pair[1])) });
     Interpolated { path: Path::of(lines.collect()), samples: stream.samples().to_vec() }
 }

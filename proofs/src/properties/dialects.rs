@@ -84,6 +84,7 @@ fn config() -> DialectConfig {
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
+        z: None,
     }
 }
 
@@ -166,8 +167,8 @@ fn jogs_are_written_exactly(to: Xy, offset: [i64; 2]) {
     let offset = Vector { dx: narrow(offset[0]), dy: narrow(offset[1]) };
     let mut grbl = Grbl::new(DialectConfig { offset, ..config() });
     let mut guard = guard_in_open_space().expect("a triangle is a region");
-    guard.locate(at((0, 0))).expect("it is clear");
-    let certified = guard.jog(at(to), 6000).expect("it is clear");
+    guard.locate(at((0, 0)).in_plane()).expect("it is clear");
+    let certified = guard.jog(at(to).in_plane(), 6000).expect("it is clear");
     let mut out = Vec::new();
     let encoded = grbl.encode(&Command::Move(certified), &mut out);
     let machine = (to.0 + i64::from(offset.dx), to.1 + i64::from(offset.dy));
@@ -193,5 +194,5 @@ fn positions_are_read_exactly(thousandths: Xy) {
     assert!(report.mode == Mode::Moving && report.waiting == Some(false), "{line}: {report:?}");
     let offset = config().offset;
     let place = (thousandths.0 * 100 - i64::from(offset.dx), thousandths.1 * 100 - i64::from(offset.dy));
-    assert_eq!(report.position, Some(at(place)), "{line}");
+    assert_eq!(report.position, Some(at(place).in_plane()), "{line}");
 }

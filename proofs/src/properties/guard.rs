@@ -5,12 +5,14 @@ use std::sync::{Arc, OnceLock};
 
 use keepout_guard::Hull;
 use keepout_guard::{
-    Certification, ContourMotion, DRAIN, Guard, Interpolation, Motion, OnCancel, PositionFeedback, Refusal,
-    Rules, Time,
+    Certification, ContourMotion, DRAIN, Guard, HeightRules, Interpolation, Motion, OnCancel,
+    PositionFeedback, Refusal, Rules, Time,
 };
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
 use keepout_kernel::offset::shortest_arc;
-use keepout_kernel::{Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Turn};
+use keepout_kernel::{
+    Curve, Length, Levels, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Turn,
+};
 
 use super::Xy;
 use crate::draw::Draw;
@@ -152,7 +154,7 @@ fn crowd<D: Draw>(d: &mut D) -> Vec<Xy> {
 
 /// Position feedback without a line in the receive buffer.
 fn feedback(position: Point, in_position: bool, queued: usize) -> PositionFeedback {
-    PositionFeedback { position, in_position, queued: Some(queued), waiting: false }
+    PositionFeedback { position: position.in_plane(), in_position, queued: Some(queued), waiting: false }
 }
 
 fn guard(interpolation: Interpolation, checked: bool) -> Guard {
@@ -172,8 +174,10 @@ fn guard(interpolation: Interpolation, checked: bool) -> Guard {
         on_cancel: OnCancel::KeepsPath,
         contours: interpolation,
         checked,
+        heights: HeightRules::TWO_AXES,
     };
-    Guard::new(Arc::clone(part), Arc::clone(part), rules)
+    let levels = Arc::new(Levels::flat(Arc::clone(part)));
+    Guard::new(Arc::clone(&levels), levels, rules)
 }
 
 /// Free points. Their part is small and lies in a corner of the lattice.
@@ -229,12 +233,12 @@ fn nearest_of_a_hull_is_nearest(set: &[Xy], probe: Xy, other: Xy) {
 fn admitted_jogs_keep_the_hull_clear(start: Xy, targets: &[Xy], apart: bool) {
     let interpolation = if apart { Interpolation::Independent } else { Interpolation::Linear };
     let mut guard = guard(interpolation, true);
-    if guard.locate(at(start)).is_err() || guard.is_inside_jogging_clearance() {
+    if guard.locate(at(start).in_plane()).is_err() || guard.is_inside_jogging_clearance() {
         return passed_over();
     }
     for &target in targets {
-        if let Ok(certified) = guard.jog(at(target), 600) {
-            assert_eq!(*certified.motion(), Motion::Jog { to: at(target), feed_mm_min: 600 });
+        if let Ok(certified) = guard.jog(at(target).in_plane(), 600) {
+            assert_eq!(*certified.motion(), Motion::Jog { to: at(target).in_plane(), feed_mm_min: 600 });
             assert!(guard.in_flight().any(|point| point == at(target)), "it is in the set");
         }
         let set: Vec<Point> = guard.in_flight().collect();
@@ -285,11 +289,11 @@ fn admitted_cancels_keep_their_reach_clear(
 ) {
     let mut guard = guard(if apart { Interpolation::Independent } else { Interpolation::Linear }, true);
     guard.learn_of_cancels(OnCancel::MayStray, u64::try_from(brakes * 1000).ok());
-    if guard.locate(at(start)).is_err() || guard.is_inside_jogging_clearance() {
+    if guard.locate(at(start).in_plane()).is_err() || guard.is_inside_jogging_clearance() {
         return passed_over();
     }
     let feed = u32::try_from(speed).expect("it is small");
-    let sent = [first, second].map(|to| guard.jog(at(to), feed).is_ok());
+    let sent = [first, second].map(|to| guard.jog(at(to).in_plane(), feed).is_ok());
     if sent == [false, false] {
         return passed_over();
     }
@@ -303,20 +307,24 @@ fn admitted_cancels_keep_their_reach_clear(
     assert_eq!(guard.cancel(), Err(Refusal::Cancelled));
     if speed > 0 {
         let target = at((-3900, 10_900));
-        assert_eq!(guard.jog(target, feed).err(), Some(Refusal::InMotion), "before the tool is at rest");
+        assert_eq!(
+            guard.jog(target.in_plane(), feed).err(),
+            Some(Refusal::InMotion),
+            "before the tool is at rest"
+        );
     }
 }
 
 fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, noise: [i64; 2], checked: bool) {
     let mut guard = guard(Interpolation::Linear, checked);
-    if guard.locate(at(a)).is_err() || guard.is_inside_jogging_clearance() {
+    if guard.locate(at(a).in_plane()).is_err() || guard.is_inside_jogging_clearance() {
         return passed_over();
     }
     let stamp = guard.stamp(Time::ZERO);
-    if guard.jog(at(b), 600).is_err() {
+    if guard.jog(at(b).in_plane(), 600).is_err() {
         return passed_over();
     }
-    let _ = guard.jog(at(c), 600);
+    let _ = guard.jog(at(c).in_plane(), 600);
     let part = |from: i64, to: i64| from + (to - from) * share / 16;
     let place = (part(a.0, b.0), part(a.1, b.1));
     let reported = (place.0 + noise[0], place.1 + noise[1]);
@@ -342,7 +350,10 @@ fn reports_are_never_farther_than_they_were([a, b, c]: [Xy; 3], share: i64, nois
 
 fn reports_off_the_set_are_refused([a, b]: [Xy; 2], reported: Xy) {
     let mut guard = guard(Interpolation::Linear, true);
-    if guard.locate(at(a)).is_err() || guard.is_inside_jogging_clearance() || guard.jog(at(b), 600).is_err() {
+    if guard.locate(at(a).in_plane()).is_err()
+        || guard.is_inside_jogging_clearance()
+        || guard.jog(at(b).in_plane(), 600).is_err()
+    {
         return passed_over();
     }
     let stamp = guard.stamp(Time::ZERO);
@@ -361,7 +372,7 @@ fn reports_off_the_set_are_refused([a, b]: [Xy; 2], reported: Xy) {
 fn acknowledgements_are_counted(acts: &[usize]) {
     let mut guard = guard(Interpolation::Linear, false);
     let here = at((-1000, 0));
-    guard.locate(here).expect("it is clear");
+    guard.locate(here.in_plane()).expect("it is clear");
     let feedback = feedback(here, false, 0);
     let (mut sent, mut answered, mut read) = (0_u64, 0_u64, 0_u64);
     let (mut open, mut targets) = (VecDeque::new(), Vec::new());
@@ -369,7 +380,7 @@ fn acknowledgements_are_counted(acts: &[usize]) {
         match act {
             0 => {
                 let to = at((-1000, 100 + 100 * i64::try_from(k).unwrap_or(0)));
-                let outcome = guard.jog(to, 600);
+                let outcome = guard.jog(to.in_plane(), 600);
                 assert_eq!(outcome.is_ok(), sent == read, "{acts:?}");
                 targets.extend(outcome.is_ok().then_some(to));
                 sent += u64::from(outcome.is_ok());
@@ -400,8 +411,8 @@ fn acknowledgements_are_counted(acts: &[usize]) {
 fn evidence_is_newer_than_what_it_settles(to: Xy, checked: bool) {
     let mut guard = guard(Interpolation::Linear, checked);
     let here = at((-1000, 0));
-    guard.locate(here).expect("it is clear");
-    if guard.jog(at(to), 600).is_err() {
+    guard.locate(here.in_plane()).expect("it is clear");
+    if guard.jog(at(to).in_plane(), 600).is_err() {
         return passed_over();
     }
     let rests = feedback(here, true, 0);
@@ -424,12 +435,12 @@ fn refused_lines_did_not_leave_the_queue(aside: i64, step: i64) {
     let mut guard = guard(Interpolation::Linear, false);
     let [start, a, b] = [(-1000 - aside, 0), (-1000 - aside, 2000), (-3000 - aside, 2000)].map(at);
     let seen = |position: Point| feedback(position, false, 1);
-    guard.locate(start).expect("it is clear");
-    guard.jog(a, 600).expect("it is clear");
+    guard.locate(start.in_plane()).expect("it is clear");
+    guard.jog(a.in_plane(), 600).expect("it is clear");
     guard.acknowledged().expect("one line");
     let stamp = guard.stamp(Time::ZERO);
     guard.reported(&seen(start), stamp, Time::ZERO).expect("it has not moved");
-    guard.jog(b, 600).expect("it is clear");
+    guard.jog(b.in_plane(), 600).expect("it is clear");
     assert!(guard.refused());
     for k in 0..6_u16 {
         let now = Time::ZERO.after((DRAIN + DRAIN / 2) * u32::from(k));
@@ -443,25 +454,24 @@ fn refused_lines_did_not_leave_the_queue(aside: i64, step: i64) {
 
 fn one_way_out_at_a_time(place: Xy, to: Xy, other: Xy) {
     let mut guard = guard(Interpolation::Linear, true);
-    if guard.locate(at(place)).is_err()
+    if guard.locate(at(place).in_plane()).is_err()
         || !guard.is_inside_jogging_clearance()
-        || guard.retract(at(to), 600).is_err()
+        || guard.retract(at(to).in_plane(), 600).is_err()
     {
         return passed_over();
     }
     let farther = (2 * to.0 - place.0, 2 * to.1 - place.1);
     for next in [other, farther, place] {
-        assert!(guard.admissions().admit_retract(at(next)).is_err(), "{place:?} {to:?} {next:?}");
+        assert!(guard.admissions().admit_retract(at(next).in_plane()).is_err(), "{place:?} {to:?} {next:?}");
     }
 }
 
 /// A contour of lines far from the part.
 fn contours_go_on_one_by_one(path: &[Xy], checked: bool) {
     let mut guard = guard(Interpolation::Linear, checked);
-    guard.locate(at(path[0])).expect("it is clear");
-    let line = |pair: &[Xy]| ContourMotion {
-        curve: Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) }),
-        feed_mm_min: 300,
+    guard.locate(at(path[0]).in_plane()).expect("it is clear");
+    let line = |pair: &[Xy]| {
+        ContourMotion::in_plane(Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) }), 300)
     };
     let away = distance_2(at(path[0]), at(path[1])) > RESOLUTION.pow(2);
     let elsewhere = guard.begin_contour(path[1..].windows(2).map(line).collect());
@@ -498,14 +508,14 @@ fn contours_go_on_one_by_one(path: &[Xy], checked: bool) {
 fn certified_contours_are_joined_and_clear(path: &[Xy], torn: usize, apart: bool) {
     let interpolation = if apart { Interpolation::Independent } else { Interpolation::Linear };
     let mut guard = guard(interpolation, true);
-    if guard.locate(at(path[0])).is_err() {
+    if guard.locate(at(path[0]).in_plane()).is_err() {
         return passed_over();
     }
     let mut curves: Vec<ContourMotion> = Vec::new();
     for (k, pair) in path.windows(2).enumerate() {
         let from = if k == torn { (pair[0].0 + 1, pair[0].1) } else { pair[0] };
         let curve = Curve::Line(Segment { from: at(from), to: at(pair[1]) });
-        curves.push(ContourMotion { curve, feed_mm_min: 300 });
+        curves.push(ContourMotion::in_plane(curve, 300));
     }
     let lines: Vec<Segment> =
         curves.iter().map(|motion| Segment { from: motion.curve.from(), to: motion.curve.to() }).collect();
@@ -543,8 +553,8 @@ fn on_arc(from: Xy, to: Xy, left: bool) -> Option<(Guard, keepout_kernel::Arc)> 
     let turn = if left { Turn::CounterClockwise } else { Turn::Clockwise };
     let arc = keepout_kernel::Arc::new(at(from), at(to), at((-3000, 2000)), turn).ok()?;
     let mut guard = guard(Interpolation::Linear, true);
-    guard.locate(at(from)).ok()?;
-    guard.begin_contour(vec![ContourMotion { curve: Curve::Arc(arc), feed_mm_min: 300 }]).ok()?;
+    guard.locate(at(from).in_plane()).ok()?;
+    guard.begin_contour(vec![ContourMotion::in_plane(Curve::Arc(arc), 300)]).ok()?;
     (guard.certify_contour(1) == Ok(Certification::Done)).then_some((guard, arc))
 }
 
@@ -588,8 +598,8 @@ fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
 
 fn jogs_beyond_the_travel_are_refused(to: Xy) {
     let mut guard = guard(Interpolation::Linear, true);
-    guard.locate(at((-1000, -1000))).expect("it is clear");
-    let admitted = guard.jog(at(to), 600).is_ok();
+    guard.locate(at((-1000, -1000)).in_plane()).expect("it is clear");
+    let admitted = guard.jog(at(to).in_plane(), 600).is_ok();
     let within = to.0.abs().max(to.1.abs()) <= TRAVEL;
     let long = (to.0 + 1000).abs().max((to.1 + 1000).abs()) >= 4;
     assert!(!admitted || within && long, "{to:?}");

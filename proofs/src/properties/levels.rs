@@ -1,8 +1,8 @@
 //! Levels: what stands above the tip, and that a certificate holds at its height and above.
 
 use keepout_kernel::{
-    Arc, Blocked, Convex, FreePoint, Height, HeightField, Levels, LevelsError, Point, ProhibitedRegion, Region,
-    Ring, Turn,
+    Arc, Blocked, Convex, FreePoint, Height, HeightField, Levels, LevelsError, Point, ProhibitedRegion,
+    Region, Ring, Turn,
 };
 
 use super::Xy;

@@ -36,7 +36,8 @@ pub const MONOTONE: Theorem = Theorem {
         let [p, on, q] = ["p", "on", "q"].map(V::unknown);
         let r = Term::fresh("r");
         let given = [less(r, (on - p).norm_2()), at_most((on - p).norm_2(), (q - p).norm_2())];
-        prover.prove("so the end is farther than the threshold, too", &claim(given, less(r, (q - p).norm_2())));
+        prover
+            .prove("so the end is farther than the threshold, too", &claim(given, less(r, (q - p).norm_2())));
     },
 };
 
@@ -57,15 +58,18 @@ pub const LOWEST: Theorem = Theorem {
             let given = [at_least_zero(e), at_most(low - e, from), at_most(low, to), passes];
             claim(given, at_most(low - e, height))
         });
-        prover.lemma("an interrupted motion, and one to another target", |[low, e, from, to, next, way, on]| {
-            let stop = from + way * (to - from);
-            let given = [
-                all([at_least_zero(e), at_most(low - e, from)]),
-                all([at_most(low, to), at_most(low, next)]),
-                all([share(way), share(on)]),
-            ];
-            claim(given, at_most(low - e, stop + on * (next - stop)))
-        });
+        prover.lemma(
+            "an interrupted motion, and one to another target",
+            |[low, e, from, to, next, way, on]| {
+                let stop = from + way * (to - from);
+                let given = [
+                    all([at_least_zero(e), at_most(low - e, from)]),
+                    all([at_most(low, to), at_most(low, next)]),
+                    all([share(way), share(on)]),
+                ];
+                claim(given, at_most(low - e, stop + on * (next - stop)))
+            },
+        );
         prover.lemma("a report within e gives the confirmed height", |[low, e, tool, report, confirmed]| {
             let highest = any([
                 all([at_most(low, report), equal(confirmed, report)]),
@@ -79,9 +83,12 @@ pub const LOWEST: Theorem = Theorem {
             let given = [at_least_zero(e), at_most(least - e, tool), at_most(least, to), at_most(low, least)];
             claim(given, all([at_most(low - e, tool), at_most(low, to)]))
         });
-        prover.lemma("after a stop beside the path, at most its reach lower", |[low, e, stray, tool, after]| {
-            let given = [at_most(low - e, tool), at_most(tool - stray, after)];
-            claim(given, at_most((low - stray) - e, after))
-        });
+        prover.lemma(
+            "after a stop beside the path, at most its reach lower",
+            |[low, e, stray, tool, after]| {
+                let given = [at_most(low - e, tool), at_most(tool - stray, after)];
+                claim(given, at_most((low - stray) - e, after))
+            },
+        );
     },
 };

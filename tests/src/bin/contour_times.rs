@@ -171,16 +171,16 @@ impl Case<'_> {
             .samples
             .iter()
             .filter(|sample| sample.kind == SampleKind::Run)
-            .map(|sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm))
+            .map(|sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm.plane()))
             .collect();
-        let at = Mm2::new(mm(first.x.units() + offset.dx), mm(first.y.units() + offset.dy));
+        let at = Mm2::new(mm(first.point.x.units() + offset.dx), mm(first.point.y.units() + offset.dy));
         let lines = lines.0.borrow().clone();
         Ok((measure(&places, self.feed_mm_min), lines, at))
     }
 
     /// Streams the same lines from a sender with character counting.
     fn streamed(&self, lines: &[String], start_mm: Mm2) -> Measured {
-        let settings = SimSettings::of(machine(), start_mm);
+        let settings = SimSettings::of(machine(), start_mm.at_height(0.0));
         let buffer = if self.language == DialectName::Grbl { 127 } else { 1023 };
         let controller = speaking(&self.language, settings);
         let mut machine = SimMachine::new(
@@ -218,7 +218,7 @@ impl Case<'_> {
         let places: Vec<Place> = samples
             .iter()
             .filter(moving)
-            .map(|sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm))
+            .map(|sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm.plane()))
             .collect();
         measure(&places, self.feed_mm_min)
     }

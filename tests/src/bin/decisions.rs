@@ -87,7 +87,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let motions: usize = plan.plan.finish().loops.iter().map(|each| each.curves.len()).sum();
     let edges = plan.part.edges().len();
     let work = PreparedPlan::new(plan);
-    let simplified = work.simplified().edges().len();
+    let simplified = work.simplified().lowest().edges().len();
     println!("{edges} edges, {simplified} for jogging, {motions} motions in the finishing path");
     let mut taken = Vec::new();
     let mut travelled = Travelled::default();
@@ -177,7 +177,7 @@ fn time_decisions(
                         taken.push(Taken { ns, cause, phase });
                     }
                 });
-                if let Some(Mm2 { x, y }) = run.supervisor().position().map(point_mm) {
+                if let Some(Mm2 { x, y }) = run.supervisor().position().map(|place| point_mm(place.point)) {
                     if let Some((x0, y0)) = at {
                         travelled.way_mm += f64::hypot(x - x0, y - y0);
                     }

@@ -288,7 +288,7 @@ fn report(world: &HostileWorld, spec: &Spec, verdict: Verdict, shrinks: bool) {
     let mm = |length: Length| keepout_planner::units::mm(length.units());
     println!(
         "  clearance {:?} mm, tool radius {} mm, least while jogging {} mm, jogging clearance {} mm, {:?}",
-        world.part.clearance(centre).map(mm),
+        world.work.plan.part.clearance(centre).map(mm),
         mm(world.work.plan.plan.tool_radius),
         mm(world.by_hand),
         mm(world.work.plan.roughing),

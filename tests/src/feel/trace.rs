@@ -20,7 +20,7 @@ pub(super) struct Trace {
 
 impl Trace {
     pub(super) fn of(samples: &[Sample]) -> Self {
-        let place = |sample: &Sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm);
+        let place = |sample: &Sample| (sample.at.elapsed().as_secs_f64(), sample.position_mm.plane());
         Self { samples: samples.iter().map(place).collect() }
     }
 

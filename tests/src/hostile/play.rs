@@ -4,6 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 use std::path::Path;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 use fastrand::Rng;
@@ -14,7 +15,7 @@ use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::{Clock, EventLog, Going, NoEventLog, Sample, SessionSetup};
 use keepout_executor::supervisor::{Abilities, Counts, Options, Supervisor};
 use keepout_guard::Time;
-use keepout_kernel::{Curve, Segment, Vector};
+use keepout_kernel::{Curve, Height, Segment, Vector};
 use keepout_planner::Mm2;
 use keepout_planner::job::{ContourJob, Progress};
 use keepout_planner::machine::MachineProfile;
@@ -237,11 +238,15 @@ struct Watcher {
 impl Watcher {
     fn new(world: &HostileWorld, spec: &Spec, cable: Cable, random: &mut Rng) -> Self {
         let radius = world.work.plan.plan.tool_radius;
-        let part = std::sync::Arc::clone(&world.part);
         let rule = JoggingRule { clearance: world.by_hand, outside: world.outside };
         Self {
             cable,
-            monitor: CollisionMonitor::new(part, radius, world.place.offset).with_rule(rule),
+            monitor: CollisionMonitor::new(
+                Arc::clone(&world.levels),
+                radius,
+                (world.place.offset, Height::ZERO),
+            )
+            .with_rule(rule),
             happenings: happenings(spec, random),
             samples: Vec::new(),
             calm: spec.faults.is_empty(),
@@ -336,8 +341,10 @@ fn config(world: &HostileWorld) -> DialectConfig {
 }
 
 fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm2, abilities: Abilities) -> SimMachine {
-    let settings =
-        SimSettings { quirks: spec.quirks.clone(), ..SimSettings::of(world.machine.clone(), start_mm) };
+    let settings = SimSettings {
+        quirks: spec.quirks.clone(),
+        ..SimSettings::of(world.machine.clone(), start_mm.at_height(0.0))
+    };
     let (band, steps) = (world.machine.repeatability_mm, world.machine.steps_per_mm);
     let slip = if spec.suffers(HostileFault::LostSteps) {
         PositioningError::sudden(band, steps, spec.seed)

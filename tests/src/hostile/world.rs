@@ -7,7 +7,7 @@ use fastrand::Rng;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::{TablePlacement, place_on_table};
 use keepout_executor::supervisor::PreparedPlan;
-use keepout_kernel::{Length, Point, ProhibitedRegion};
+use keepout_kernel::{Length, Levels, Point};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
@@ -29,8 +29,8 @@ pub struct HostileWorld {
     pub machine: MachineProfile,
     /// The plan.
     pub work: PreparedPlan,
-    /// The part, with its index prepared for the collision monitor.
-    pub part: Arc<ProhibitedRegion>,
+    /// The part, prepared for the collision monitor.
+    pub levels: Arc<Levels>,
     /// The place of the drawing on the machine.
     pub place: TablePlacement,
     /// The monitor's least clearance while jogging: tool radius plus stock to leave.
@@ -84,17 +84,15 @@ impl Worlds {
         .ok()?;
         let margin = plan.roughing.units() - by_hand.units();
         let outside = Length::from_units(i64::from(plan.roughing.units()) + i64::from(margin)).ok()?;
-        let mut part = plan.part.clone();
-        let _ = part.prepare(outside);
-        let _ = part.prepare(by_hand);
-        let _ = part.prepare(plan.plan.tool_radius);
+        let radius = plan.plan.tool_radius;
+        let work = PreparedPlan::new(plan);
         let mut world = HostileWorld {
             seed,
             name,
             language,
             machine,
-            work: PreparedPlan::new(plan),
-            part: Arc::new(part),
+            levels: Arc::new(work.levels().prepared(&[outside, by_hand, radius])),
+            work,
             place,
             by_hand,
             outside,

@@ -1,12 +1,13 @@
 //! The checks of a killed session: its log, the session that resumes it, and the true positions of the tool.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use keepout_executor::session::log::{Log, LogReadError};
 use keepout_executor::session::replay::{Replay, replay};
 use keepout_executor::session::{LoggedEvent, Sample, coverage};
 use keepout_executor::supervisor::{Phase, PreparedPlan};
-use keepout_kernel::Vector;
+use keepout_kernel::{Height, Vector};
 use keepout_planner::job::Progress;
 use keepout_planner::units::mm;
 use keepout_sim::ServoConfig;
@@ -125,8 +126,9 @@ impl Watched {
         let mut cut = Vec::new();
         let (mut watched, mut closest_mm) = (0, f64::INFINITY);
         for samples in machines {
+            let levels = Arc::clone(work.levels());
             let mut monitor =
-                CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, offset);
+                CollisionMonitor::new(levels, work.plan.plan.tool_radius, (offset, Height::ZERO));
             samples.iter().for_each(|sample| monitor.watch(sample));
             if let Some(gouge) = monitor.deepest() {
                 return Err(format!("the tool was in the part: {gouge:?}"));

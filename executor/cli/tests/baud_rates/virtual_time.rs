@@ -8,6 +8,7 @@ use keepout_executor::session::log::{Header, Log, LogWriter};
 use keepout_executor::session::replay::replay;
 use keepout_executor::session::{Going, SessionSetup, VirtualClock, place_on_table};
 use keepout_executor::supervisor::Options;
+use keepout_kernel::Height;
 use keepout_planner::job::Progress;
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator::Script;
@@ -33,7 +34,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let setup = SessionSetup { work: work.clone(), options, dialect: dialect_name.clone(), config };
     let header = Header { simulated: true, ..setup.header().map_err(|error| error.to_string())? };
     let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, 1);
-    let sim = SimSettings { homed: false, ..SimSettings::of(machine, START_MM) };
+    let sim = SimSettings { homed: false, ..SimSettings::of(machine, START_MM.at_height(0.0)) };
     let latency = Duration::from_millis(LATENCY_MS);
     let port =
         VirtualPort { machine: SimMachine::new(speaking(&dialect_name, sim), case.baud, latency, error) };
@@ -41,7 +42,11 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
     let log = LogWriter::create(Path::new(&path), &header).map_err(|error| error.to_string())?;
     let operator = Box::new(Script::parse(SCRIPT).unwrap());
     let mut session = setup.session(port, operator, Box::new(log));
-    let mut monitor = CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, place.offset);
+    let mut monitor = CollisionMonitor::new(
+        work.levels().clone(),
+        work.plan.plan.tool_radius,
+        (place.offset, Height::ZERO),
+    );
     let ended = session.run(&mut VirtualClock::default(), Duration::from_secs(120), |session, _| {
         let mut samples = Vec::new();
         if let Some(port) = session.port() {

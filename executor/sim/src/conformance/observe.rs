@@ -124,7 +124,7 @@ impl Walk {
             What::Sent(bytes) => self.sent(bytes, event.at),
             What::Received(line) => match event.status() {
                 Some(status) => {
-                    let at = status.position.map_or(self.at, point_mm);
+                    let at = status.position.map_or(self.at, |place| point_mm(place.point));
                     self.reported(status.state, status.mode, at, event.at);
                 }
                 None => self.replied(&String::from_utf8_lossy(line), event.at),

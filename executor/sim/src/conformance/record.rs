@@ -279,8 +279,8 @@ impl<'a, P: Port, C: Clock> ScenarioRecorder<'a, P, C> {
         let mut samples = std::mem::take(&mut self.samples);
         (self.bench.tool)(self.bench.port, &mut samples);
         for Sample { at, position_mm: place, kind } in samples.drain(..) {
-            if self.tool.replace(place) != Some(place) {
-                self.push(at, What::Tool { at: place, kind })?;
+            if self.tool.replace(place.plane()) != Some(place.plane()) {
+                self.push(at, What::Tool { at: place.plane(), kind })?;
             }
         }
         self.samples = samples;
@@ -296,7 +296,7 @@ impl<'a, P: Port, C: Clock> ScenarioRecorder<'a, P, C> {
         self.known.take(&text);
         let event = RecordedEvent { at: now, what: What::Received(line) };
         if let Some(status) = event.status() {
-            let at = status.position.map(point_mm);
+            let at = status.position.map(|place| point_mm(place.point));
             self.take_report(Reported { mode: status.mode, at });
         }
         self.push(event.at, event.what)

@@ -53,7 +53,7 @@ impl RecordedEvent {
     #[must_use]
     pub fn status(&self) -> Option<Status<'_>> {
         match &self.what {
-            What::Received(line) => Status::parse(std::str::from_utf8(line).ok()?),
+            What::Received(line) => Status::parse(std::str::from_utf8(line).ok()?, false),
             _ => None,
         }
     }

@@ -40,7 +40,7 @@ pub fn simulate(setting: &SimulatedBench, scenarios: &[Scenario]) -> Result<Reco
     let positioning_error = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
     let settings = SimSettings {
         quirks: setting.quirks.clone(),
-        ..SimSettings::of(machine, Mm2::new(setting.at.x, setting.at.y))
+        ..SimSettings::of(machine, Mm2::new(setting.at.x, setting.at.y).at_height(0.0))
     };
     let controller = speaking(&setup.language, settings);
     let mut port =

@@ -12,7 +12,7 @@ use std::time::Duration;
 use keepout_drives::interpolator::{Drives, QueuedMotion, StepOutcome};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
 use keepout_planner::machine::MachineProfile;
 
 use super::controller::{Disturbance, SimulatedController};
@@ -23,13 +23,13 @@ pub struct SimSettings {
     /// The machine.
     pub machine: MachineProfile,
     /// The tool's position at power-up, machine coordinates, mm.
-    pub start_mm: Mm2,
+    pub start_mm: Mm3,
     /// Whether it is already homed.
     pub homed: bool,
     /// Duration of homing.
     pub homing: Duration,
     /// Work offset of G54, machine coordinates, mm: the origin of programmed motions.
-    pub work_offset_mm: Mm2,
+    pub work_offset_mm: Mm3,
     /// Optional behaviour.
     pub quirks: Quirks,
 }
@@ -38,15 +38,22 @@ impl SimSettings {
     /// A homed machine that starts at `start_mm`, machine coordinates, mm: homing takes 1 s, a work offset is
     /// set, and no optional behaviour.
     #[must_use]
-    pub fn of(machine: MachineProfile, start_mm: Mm2) -> Self {
+    pub fn of(machine: MachineProfile, start_mm: Mm3) -> Self {
         Self {
-            machine,
             start_mm,
             homed: true,
             homing: Duration::from_secs(1),
-            work_offset_mm: Mm2::new(-37.25, -21.5),
+            work_offset_mm: Mm3::new(-37.25, -21.5, if machine.z.is_some() { -12.5 } else { 0.0 }),
+            machine,
             quirks: Quirks::default(),
         }
+    }
+
+    /// Whether a place is beyond the travel. Each axis runs from zero downward.
+    pub(super) fn is_beyond(&self, Mm3 { x, y, z }: Mm3) -> bool {
+        let [width, height] = self.machine.travel_mm;
+        let depth = self.machine.z.as_ref().map_or(0.0, |axis| axis.travel_mm);
+        !(-width..=0.0).contains(&x) || !(-height..=0.0).contains(&y) || !(-depth..=0.0).contains(&z)
     }
 }
 
@@ -142,7 +149,7 @@ enum MotionMode {
 /// The unplanned motions of a line. The controller sends `ok` when all are planned.
 #[derive(Clone, Debug)]
 struct Waiting {
-    targets: VecDeque<Mm2>,
+    targets: VecDeque<Mm3>,
     feed: f64,
     jog: bool,
 }
@@ -180,7 +187,7 @@ pub struct GrblSim {
     /// Whether a status query arrived meanwhile.
     asked_meanwhile: bool,
     /// True position minus the position that the controller counts, mm: zero until a power failure.
-    unknown_by: Mm2,
+    unknown_by: Mm3,
     samples: Vec<Sample>,
     lost_bytes: u64,
 }
@@ -223,7 +230,7 @@ impl GrblSim {
             cancelled: false,
             hangs: false,
             asked_meanwhile: false,
-            unknown_by: Mm2::ZERO,
+            unknown_by: Mm3::ZERO,
             samples: Vec::new(),
             lost_bytes: 0,
         }
@@ -320,10 +327,12 @@ impl GrblSim {
             Mode::Alarm => "Alarm",
             Mode::Home(_) | Mode::Locked => return,
         };
-        let Mm2 { x, y } = self.motion.position();
-        let step =
-            |c: f64| (c * self.settings.machine.steps_per_mm).round() / self.settings.machine.steps_per_mm;
-        let mut text = format!("<{state}|MPos:{:.3},{:.3},0.000", step(x), step(y));
+        let Mm3 { x, y, z } = self.motion.position();
+        let machine = &self.settings.machine;
+        let step = |c: f64, steps_per_mm: f64| (c * steps_per_mm).round() / steps_per_mm;
+        let (x, y) = (step(x, machine.steps_per_mm), step(y, machine.steps_per_mm));
+        let z = machine.z.as_ref().map_or(0.0, |axis| step(z, axis.steps_per_mm));
+        let mut text = format!("<{state}|MPos:{x:.3},{y:.3},{z:.3}");
         if self.report_mask & 2 != 0 {
             let queued = self.motion.queued_behind(SEGMENTS_S);
             let free = self.firmware.blocks - queued.min(self.firmware.blocks);
@@ -332,8 +341,8 @@ impl GrblSim {
         text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);
         let reports_offset = !self.is_hal() || self.report_mask & 32 != 0;
         if reports_offset && self.reports.is_multiple_of(OFFSET_EVERY) {
-            let Mm2 { x, y } = self.work_offset();
-            text += &format!("|WCO:{x:.3},{y:.3},0.000");
+            let Mm3 { x, y, z } = self.work_offset();
+            text += &format!("|WCO:{x:.3},{y:.3},{z:.3}");
         }
         self.reports += 1;
         text += self.firmware.extra;
@@ -341,8 +350,8 @@ impl GrblSim {
     }
 
     /// The active work offset: G54's as set up, G55's zero.
-    fn work_offset(&self) -> Mm2 {
-        if self.in_g54 { self.settings.work_offset_mm } else { Mm2::ZERO }
+    fn work_offset(&self) -> Mm3 {
+        if self.in_g54 { self.settings.work_offset_mm } else { Mm3::ZERO }
     }
 
     fn feed_hold(&mut self) {
@@ -417,7 +426,7 @@ impl GrblSim {
     /// position. With homing enabled it locks, unless `wakes_unlocked` is set.
     fn brown_out(&mut self) {
         self.unknown_by += self.motion.position();
-        self.motion = at_rest(&self.settings, Mm2::ZERO);
+        self.motion = at_rest(&self.settings, Mm3::ZERO);
         self.mode = Mode::Idle;
         self.tx.clear();
         self.reset();
@@ -496,7 +505,7 @@ impl GrblSim {
 }
 
 /// The drives at rest at a position, machine coordinates, mm, with GRBL's default junction deviation (`$11`).
-fn at_rest(settings: &SimSettings, place_mm: Mm2) -> QueuedMotion {
+fn at_rest(settings: &SimSettings, place_mm: Mm3) -> QueuedMotion {
     let motion = QueuedMotion::new(Drives::of(&settings.machine, 0.01), place_mm);
     if settings.quirks.stops_run_away { motion.with_runaway(settings.machine.steps_per_mm) } else { motion }
 }

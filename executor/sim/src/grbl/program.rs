@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::{GrblSim, Mode, MotionMode, Waiting};
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
 
 impl GrblSim {
     /// Executes a line. Returns whether its `ok` is due now.
@@ -68,8 +68,8 @@ impl GrblSim {
     }
 
     fn list_parameters(&mut self) {
-        let Mm2 { x, y } = self.settings.work_offset_mm;
-        self.reply(&format!("[G54:{x:.3},{y:.3},0.000]"));
+        let Mm3 { x, y, z } = self.settings.work_offset_mm;
+        self.reply(&format!("[G54:{x:.3},{y:.3},{z:.3}]"));
         for name in ["G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92"] {
             self.reply(&format!("[{name}:0.000,0.000,0.000]"));
         }
@@ -80,6 +80,14 @@ impl GrblSim {
     fn list_settings(&mut self) {
         let machine = self.settings.machine.clone();
         let per_minute = machine.max_rate_mm_s * 60.0;
+        let up = machine.z.iter().flat_map(|z| {
+            [
+                (102, z.steps_per_mm),
+                (112, z.max_rate_mm_s * 60.0),
+                (122, z.acceleration_mm_s2),
+                (132, z.travel_mm),
+            ]
+        });
         let values = [
             (10, f64::from(self.report_mask)),
             (11, 0.01),
@@ -97,6 +105,8 @@ impl GrblSim {
             (130, machine.travel_mm[0]),
             (131, machine.travel_mm[1]),
         ];
+        let mut values: Vec<(u16, f64)> = values.into_iter().chain(up).collect();
+        values.sort_by_key(|(number, _)| *number);
         for (number, value) in values {
             let text = if [10, 13, 20, 21, 22].contains(&number) {
                 format!("${number}={value:.0}")
@@ -117,9 +127,9 @@ impl GrblSim {
         }
         let feed = value_of(&words, 'F').ok_or(22_u8)?;
         let relative = words.contains(&('G', 91.0));
-        let offset = if words.contains(&('G', 53.0)) { Mm2::ZERO } else { self.work_offset() };
+        let offset = if words.contains(&('G', 53.0)) { Mm3::ZERO } else { self.work_offset() };
         let to = self.target(&words, !relative, offset)?;
-        if self.is_beyond(to) {
+        if self.settings.is_beyond(to) {
             return Err(15);
         }
         self.waiting = Some(Waiting { targets: VecDeque::from([to]), feed: feed / 60.0, jog: true });
@@ -151,9 +161,9 @@ impl GrblSim {
         }
         let words: Vec<(char, f64)> = words
             .into_iter()
-            .map(|(letter, value)| (letter, if "XYIJR".contains(letter) { value * unit_mm } else { value }))
+            .map(|(letter, value)| (letter, if "XYZIJR".contains(letter) { value * unit_mm } else { value }))
             .collect();
-        if value_of(&words, 'X').is_none() && value_of(&words, 'Y').is_none() {
+        if ['X', 'Y', 'Z'].into_iter().all(|axis| value_of(&words, axis).is_none()) {
             return Ok(true);
         }
         if self.motion_mode == MotionMode::Cancelled {
@@ -163,13 +173,13 @@ impl GrblSim {
             return Err(22);
         }
         let in_machine = words.contains(&('G', 53.0));
-        let offset = if in_machine { Mm2::ZERO } else { self.work_offset() };
+        let offset = if in_machine { Mm3::ZERO } else { self.work_offset() };
         let to = self.target(&words, self.absolute, offset)?;
         let targets = match self.motion_mode {
             MotionMode::Arc { left } => self.arc_chords(to, &words, left)?,
             _ => VecDeque::from([to]),
         };
-        if targets.iter().any(|&target| self.is_beyond(target)) {
+        if targets.iter().any(|&target| self.settings.is_beyond(target)) {
             self.motion.kill();
             self.mode = Mode::Locked;
             self.reply("ALARM:2");
@@ -180,21 +190,22 @@ impl GrblSim {
         Ok(false)
     }
 
-    fn target(&self, words: &[(char, f64)], absolute: bool, offset: Mm2) -> Result<Mm2, u8> {
+    fn target(&self, words: &[(char, f64)], absolute: bool, offset: Mm3) -> Result<Mm3, u8> {
         let end = self.motion.planned_end();
         let axis = |letter, from: f64, offset: f64| match value_of(words, letter) {
             Some(value) if absolute => value + offset,
             Some(value) => from + value,
             None => from,
         };
-        let to = Mm2::new(single(axis('X', end.x, offset.x)), single(axis('Y', end.y, offset.y)));
-        if to.is_finite() { Ok(to) } else { Err(2) }
+        let (x, y) = (axis('X', end.x, offset.x), axis('Y', end.y, offset.y));
+        let to = Mm3::new(single(x), single(y), single(axis('Z', end.z, offset.z)));
+        if to.length().is_finite() { Ok(to) } else { Err(2) }
     }
 
     /// GRBL's `mc_arc`, in 32-bit floats as in the firmware. The number of chords is rounded down. A sweep on
     /// the wrong side of ±5e-7 rad becomes a full turn.
     #[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
-    fn arc_chords(&self, to: Mm2, words: &[(char, f64)], left: bool) -> Result<VecDeque<Mm2>, u8> {
+    fn arc_chords(&self, to: Mm3, words: &[(char, f64)], left: bool) -> Result<VecDeque<Mm3>, u8> {
         const EPSILON: f32 = 5e-7;
         let from = self.motion.planned_end();
         let (x, y, to_x, to_y) = (from.x as f32, from.y as f32, to.x as f32, to.y as f32);
@@ -222,17 +233,13 @@ impl GrblSim {
         let mut k = 1.0;
         while k < count {
             let phi = ry.atan2(rx) + turned * (k / count);
-            targets
-                .push_back(Mm2::new(f64::from(cx + radius * phi.cos()), f64::from(cy + radius * phi.sin())));
+            let (x, y) = (f64::from(cx + radius * phi.cos()), f64::from(cy + radius * phi.sin()));
+            let z = single(from.z + (to.z - from.z) * f64::from(k / count));
+            targets.push_back(Mm3::new(x, y, z));
             k += 1.0;
         }
         targets.push_back(to);
         Ok(targets)
-    }
-
-    fn is_beyond(&self, Mm2 { x, y }: Mm2) -> bool {
-        let [width, height] = self.settings.machine.travel_mm;
-        !(-width..=0.0).contains(&x) || !(-height..=0.0).contains(&y)
     }
 }
 

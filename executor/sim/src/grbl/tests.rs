@@ -4,8 +4,8 @@ use super::*;
 
 fn idle() -> GrblSim {
     let settings = SimSettings {
-        work_offset_mm: Mm2::new(-30.0, -20.0),
-        ..SimSettings::of(MachineProfile::simulated(), Mm2::new(-100.0, -100.0))
+        work_offset_mm: Mm3::new(-30.0, -20.0, 0.0),
+        ..SimSettings::of(MachineProfile::simulated(), Mm3::new(-100.0, -100.0, 0.0))
     };
     let mut sim = GrblSim::new(settings);
     sim.transmit(&mut Vec::new());
@@ -113,6 +113,6 @@ fn first_line_of_a_session_spoils_a_partial_line() {
         let mut sim = idle();
         let answer = say(&mut sim, format!("{half}$\n").as_bytes(), 1000);
         assert!(answer.contains("error:") && !answer.contains("ok"), "{half}: {answer}");
-        assert_eq!(sim.motion.position(), Mm2::new(-100.0, -100.0), "{half}");
+        assert_eq!(sim.motion.position(), Mm3::new(-100.0, -100.0, 0.0), "{half}");
     }
 }

@@ -19,8 +19,8 @@ impl Cable {
     pub fn to(work: &PreparedPlan, run: &SimRun, scene: &Scene) -> Self {
         let start = point_on_machine(work, scene);
         let sim = SimSettings {
-            work_offset_mm: Mm2::new(-3.0, -4.0),
-            ..SimSettings::of(run.machine.clone(), start)
+            work_offset_mm: Mm2::new(-3.0, -4.0).at_height(0.0),
+            ..SimSettings::of(run.machine.clone(), start.at_height(0.0))
         };
         let positioning_error = PositioningError::wandering(0.0, run.machine.steps_per_mm, 1);
         let machine = SimMachine::new(speaking(&run.dialect, sim), run.baud, run.latency, positioning_error);

@@ -311,8 +311,7 @@ fn full_disk_stops_the_machine_and_leaves_a_valid_log() {
         let scene = Scene::of(work.clone(), &run).unwrap();
         let path = file("full");
         let cable = Cable::to(&work, &run, &scene);
-        let mut monitor =
-            CollisionMonitor::new(work.plan.part.clone(), work.plan.plan.tool_radius, scene.offset());
+        let mut monitor = scene.monitor();
         let log = LogWriter::create(&path, &header(&scene)).unwrap();
         let operator = operator::named("wall", 5.0, 1).unwrap();
         let event_log = Box::new(Filling { log, left });

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use keepout_kernel::{Point, UNITS_PER_MM, Vector};
-use keepout_planner::Mm2;
+use keepout_kernel::curve::nearest_unit;
+use keepout_kernel::{Place, UNITS_PER_MM};
+use keepout_planner::Mm3;
 
 use super::axes::Values;
 use super::heard::{Asked, For, Heard};
@@ -81,7 +82,7 @@ impl Described {
     }
 
     /// Continues after an answer with a state.
-    fn seen(&mut self, purpose: For, mode: Mode, place: Option<Mm2>, out: &mut Vec<u8>) -> Option<Reply> {
+    fn seen(&mut self, purpose: For, mode: Mode, place: Option<Mm3>, out: &mut Vec<u8>) -> Option<Reply> {
         match (purpose, mode) {
             (For::Contour, _) if self.description.queues => Some(Reply::Accepted),
             (For::Query | For::Contour, _) => {
@@ -95,13 +96,12 @@ impl Described {
     }
 
     /// Continues after an answer with a position, which follows the state.
-    fn placed(&mut self, purpose: For, place: Mm2, out: &mut Vec<u8>) -> Option<Reply> {
-        let at = self.description.point(place);
+    fn placed(&mut self, purpose: For, place: Mm3, out: &mut Vec<u8>) -> Option<Reply> {
+        let at = self.description.place(place);
         if purpose == For::Contour {
             return self.arrived(at, out);
         }
-        let Vector { dx, dy } = self.setting.offset;
-        let position = at.and_then(|at| at.translated(Vector { dx: -dx, dy: -dy }).ok());
+        let position = at.and_then(|at| self.setting.in_drawing(at).ok());
         match position {
             Some(_) => Some(Reply::Report(Report { mode: self.mode, position, queued: None, waiting: None })),
             None => Some(Reply::Garbled(text("a position off the lattice"))),
@@ -110,14 +110,18 @@ impl Described {
 
     /// Accepts a contour motion when the tool rests at its end. If the controller skipped the motion, the
     /// next one would begin elsewhere.
-    fn arrived(&mut self, at: Option<Point>, out: &mut Vec<u8>) -> Option<Reply> {
+    fn arrived(&mut self, at: Option<Place>, out: &mut Vec<u8>) -> Option<Reply> {
         if self.mode == Mode::Moving {
             self.ask_status(For::Contour, out);
             return None;
         }
-        let most = NEAR_STEPS * f64::from(UNITS_PER_MM) / self.setting.steps_per_mm;
-        let off = at.map(|at| at.minus(self.target));
-        let near = off.is_some_and(|off| f64::from(off.dx.abs().max(off.dy.abs())) <= most);
+        let most = |steps_per_mm: f64| NEAR_STEPS * f64::from(UNITS_PER_MM) / steps_per_mm;
+        let near = at.is_some_and(|at| {
+            let off = at.point.minus(self.target.point);
+            let below = (i64::from(at.height.units()) - i64::from(self.target.height.units())).abs();
+            let near_height = self.setting.z.is_none_or(|z| below <= nearest_unit(most(z.steps_per_mm)));
+            f64::from(off.dx.abs().max(off.dy.abs())) <= most(self.setting.steps_per_mm) && near_height
+        });
         let meaning = "a motion of the contour was not executed";
         Some(match (self.mode, near) {
             (Mode::Idle, true) => Reply::Accepted,

@@ -1,10 +1,10 @@
 //! Positions and numbers in a described controller's form: its axes, its zero, its counts.
 
 use keepout_kernel::curve::nearest_unit;
-use keepout_kernel::{Point, UNITS_PER_MM, Vector};
-use keepout_planner::Mm2;
+use keepout_kernel::{Height, Place, Point, UNITS_PER_MM, Vector};
+use keepout_planner::Mm3;
 
-use super::description::{Description, Figure};
+use super::description::{DescribedZ, Description, Figure};
 use super::template::{Slot, Template};
 use crate::dialect::exchange::Sent;
 use crate::dialect::lines::{Sink, push_number};
@@ -13,6 +13,8 @@ use crate::dialect::lines::{Sink, push_number};
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Values {
     pub(super) to: [i64; 2],
+    /// The height, counts of the third axis.
+    pub(super) height: i64,
     pub(super) centre: [i64; 2],
     pub(super) feed: i64,
 }
@@ -24,6 +26,7 @@ impl Description {
         template.write(sent, |slot, sent| match slot {
             Slot::X => push_figure(sent, values.to[0], coordinate),
             Slot::Y => push_figure(sent, values.to[1], coordinate),
+            Slot::Z => push_figure(sent, values.height, self.z.map_or(coordinate, |z| z.coordinate)),
             Slot::I => push_figure(sent, values.centre[0], coordinate),
             Slot::J => push_figure(sent, values.centre[1], coordinate),
             Slot::Feed => push_figure(sent, values.feed, speed),
@@ -40,18 +43,31 @@ impl Description {
         [axis(a, invert[0]), axis(b, invert[1])]
     }
 
-    /// The machine point from the controller's numbers.
-    pub(super) fn point(&self, Mm2 { x: a, y: b }: Mm2) -> Option<Point> {
+    /// A height of the machine, counts of the third axis.
+    pub(super) fn height_counts(&self, height: Height) -> i64 {
+        let of = |z: DescribedZ| {
+            let units = if z.invert { -height.units() } else { height.units() };
+            z.coordinate.scale.counts(units).saturating_add(z.zero)
+        };
+        self.z.map_or(0, of)
+    }
+
+    /// The machine place from the controller's numbers. Without a third axis its height is zero.
+    pub(super) fn place(&self, Mm3 { x: a, y: b, z: up }: Mm3) -> Option<Place> {
         let Description { coordinate, swap, invert, zero, .. } = *self;
-        let axis = |written: f64, zero: i64, invert: bool| {
+        let axis = |written: f64, coordinate: Figure, zero: i64, invert: bool| {
             let zero = f64::from(i32::try_from(zero).ok()?);
             let mm = written * coordinate.ten() - zero;
             let units = nearest_unit(mm / coordinate.scale.per_mm_f64() * f64::from(UNITS_PER_MM));
             Some(if invert { units.checked_neg()? } else { units })
         };
-        let (a, b) = (axis(a, zero[0], invert[0])?, axis(b, zero[1], invert[1])?);
+        let (a, b) = (axis(a, coordinate, zero[0], invert[0])?, axis(b, coordinate, zero[1], invert[1])?);
         let (x, y) = if swap { (b, a) } else { (a, b) };
-        Point::from_units(x, y).ok()
+        let height = match self.z {
+            Some(z) => axis(up, z.coordinate, z.zero, z.invert)?,
+            None => 0,
+        };
+        Some(Point::from_units(x, y).ok()?.at_height(Height::from_units(height).ok()?))
     }
 }
 

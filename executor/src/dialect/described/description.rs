@@ -6,7 +6,9 @@ use thiserror::Error;
 
 use super::super::exchange::SENT_MAX;
 use super::super::scale::Scale;
-use super::file::{AcceptedName, ExchangeTable, File, MotionTable, RuleTable, mode_of, shape_of};
+use super::file::{
+    AcceptedName, ExchangeTable, File, MotionTable, RuleTable, UnitsZTable, mode_of, shape_of,
+};
 use super::template::{Slot, Template, TemplateError};
 use crate::supervisor::Mode;
 
@@ -75,6 +77,17 @@ impl Figure {
     }
 }
 
+/// The third axis of a described controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DescribedZ {
+    /// The form of heights.
+    pub coordinate: Figure,
+    /// The controller's number at the machine's zero, counts.
+    pub zero: i64,
+    /// Whether the axis points downward.
+    pub invert: bool,
+}
+
 /// A query and the form of its answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Question {
@@ -112,6 +125,8 @@ pub struct Description {
     pub swap: bool,
     /// Whether each axis of the controller points against the drawing's.
     pub invert: [bool; 2],
+    /// The third axis. `None` on a controller of two axes.
+    pub z: Option<DescribedZ>,
     /// The state query.
     pub status: Question,
     /// The position query. `None` when the state's answer also holds the position.
@@ -186,6 +201,7 @@ impl Description {
             zero: units.zero,
             swap: units.swap,
             invert: units.invert,
+            z: units.z.as_ref().map(third_axis).transpose()?,
             status: question("ask.status.send", "ask.status.answer", &file.ask.status)?,
             position: file
                 .ask
@@ -217,7 +233,8 @@ impl Description {
     fn checked(self) -> Result<Self, DescriptionError> {
         let has_all = |template: &Template, slots: &[Slot]| slots.iter().all(|&slot| template.has(slot));
         let any_has = |lines: &[Template], slot| lines.iter().any(|line| line.has(slot));
-        let place = [Slot::X, Slot::Y];
+        let place: &[Slot] =
+            if self.z.is_some() { &[Slot::X, Slot::Y, Slot::Z] } else { &[Slot::X, Slot::Y] };
         let where_from = self.position.as_ref().unwrap_or(&self.status);
         let fits = |lines: &[Template]| {
             let asks = self.status.send.longest(0) + self.end.len();
@@ -227,17 +244,31 @@ impl Description {
         let arcs = self.arcs.iter().flatten();
         let rules = [
             (
-                self.zero.iter().all(|&zero| i32::try_from(zero).is_ok()) && self.home.len() < 100,
+                self.zero
+                    .iter()
+                    .chain(self.z.iter().map(|z| &z.zero))
+                    .all(|&zero| i32::try_from(zero).is_ok())
+                    && self.home.len() < 100,
                 "units.zero",
                 "counts within ±2^31, and fewer than 100 lines of start.home",
             ),
             (has_all(&self.status.answer, &[Slot::Status]), "ask.status.answer", "a line with {status}"),
             (
-                has_all(&where_from.answer, &place),
+                has_all(&where_from.answer, place),
                 "ask.position.answer",
-                "a line with {x} and {y}; or without ask.position, ask.status.answer must have them",
+                "a line with {x} and {y}, and {z} with units.z; or without ask.position, ask.status.answer must \
+                 have them",
             ),
-            (place.iter().all(|&slot| any_has(&self.line, slot)), "motion.line", "lines with {x} and {y}"),
+            (
+                place.iter().all(|&slot| any_has(&self.line, slot)),
+                "motion.line",
+                "lines with {x} and {y}, and {z} with units.z",
+            ),
+            (
+                self.z.is_some() || !any_has(&self.line, Slot::Z) && !where_from.answer.has(Slot::Z),
+                "units.z",
+                "present where a line has {z}",
+            ),
             (
                 arcs.clone().all(|lines| {
                     [Slot::X, Slot::Y, Slot::I, Slot::J].iter().all(|&slot| any_has(lines, slot))
@@ -313,6 +344,11 @@ impl Description {
         });
         candidates.chain(["0".into(), "-".into()]).find(|state| self.mode(state) == Some(wanted))
     }
+}
+
+fn third_axis(table: &UnitsZTable) -> Result<DescribedZ, DescriptionError> {
+    let coordinate = figure("units.z.counts_per_mm", table.counts_per_mm, table.decimals)?;
+    Ok(DescribedZ { coordinate, zero: table.zero, invert: table.invert })
 }
 
 fn accepted_of(motion: &MotionTable) -> Result<Accepted, DescriptionError> {

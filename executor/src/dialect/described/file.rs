@@ -52,6 +52,19 @@ pub(super) struct UnitsTable {
     pub(super) swap: bool,
     #[serde(default, deserialize_with = "text_file::pair")]
     pub(super) invert: [bool; 2],
+    pub(super) z: Option<UnitsZTable>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct UnitsZTable {
+    pub(super) counts_per_mm: f64,
+    #[serde(default)]
+    pub(super) decimals: u8,
+    #[serde(default)]
+    pub(super) zero: i64,
+    #[serde(default)]
+    pub(super) invert: bool,
 }
 
 #[derive(Debug, Deserialize)]

@@ -3,7 +3,7 @@
 use super::description::{Accepted, Description};
 use super::template::{Captures, Slot};
 use crate::supervisor::Mode;
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
 
 /// The purpose of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,8 +34,8 @@ pub(super) enum Asked {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Heard {
     Accepted,
-    Status(Mode, Option<Mm2>),
-    Position(Mm2),
+    Status(Mode, Option<Mm3>),
+    Position(Mm3),
     Error { code: u16, transient: bool },
 }
 
@@ -47,8 +47,10 @@ impl Description {
             let code = captures.text(Slot::Code).and_then(|code| code.parse().ok()).unwrap_or(0);
             return Some(Heard::Error { code, transient });
         }
-        let place =
-            |captures: &Captures<'_>| Some(Mm2::new(captures.number(Slot::X)?, captures.number(Slot::Y)?));
+        let place = |captures: &Captures<'_>| {
+            let z = if self.z.is_some() { captures.number(Slot::Z)? } else { 0.0 };
+            Some(Mm3::new(captures.number(Slot::X)?, captures.number(Slot::Y)?, z))
+        };
         match asked? {
             Asked::Say(_) => match &self.accepted {
                 Accepted::Answer(answer) => answer.read(line).map(|_| Heard::Accepted),

@@ -19,10 +19,10 @@ use std::sync::Arc;
 
 use arrayvec::ArrayVec;
 use axes::Values;
-pub use description::{Accepted, Description, DescriptionError};
+pub use description::{Accepted, DescribedZ, Description, DescriptionError, Figure};
 use heard::{Asked, For, Heard};
 use keepout_guard::{Interpolation, Motion};
-use keepout_kernel::{Curve, Point, Turn, UNITS_PER_MM};
+use keepout_kernel::{Curve, Place, Point, Turn, UNITS_PER_MM};
 pub use template::{Slot, Template, TemplateError};
 
 use super::exchange::{Exchanges, SENT_MAX, Sent};
@@ -45,7 +45,7 @@ pub struct Described {
     echo: ArrayVec<u8, ECHO_MAX>,
     mode: Mode,
     /// Target of the last motion, machine coordinates.
-    target: Point,
+    target: Place,
     lines: Lines,
 }
 
@@ -59,7 +59,7 @@ impl Described {
             exchanges: Exchanges::default(),
             echo: ArrayVec::new(),
             mode: Mode::Other,
-            target: Point::ORIGIN,
+            target: Point::ORIGIN.in_plane(),
             lines: Lines::default(),
         }
     }
@@ -104,9 +104,11 @@ impl Described {
     fn motion(&mut self, motion: &Motion, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         let (to, feed_mm_min, purpose) = match motion {
             Motion::Jog { to, feed_mm_min } => (*to, *feed_mm_min, For::Jog),
-            Motion::Contour { curve, feed_mm_min } => (curve.to(), *feed_mm_min, For::Contour),
+            Motion::Contour { curve, heights: [_, height], feed_mm_min } => {
+                (curve.to().at_height(*height), *feed_mm_min, For::Contour)
+            }
         };
-        let to = to.translated(self.setting.offset)?;
+        let to = self.setting.on_machine(to)?;
         let description = Arc::clone(&self.description);
         let (lines, centre) = match motion {
             Motion::Contour { curve: Curve::Arc(arc), .. } => {
@@ -117,11 +119,12 @@ impl Described {
             }
             _ => (&description.line, [0, 0]),
         };
-        let [a, b] = description.counts(to.minus(Point::ORIGIN));
+        let [a, b] = description.counts(to.point.minus(Point::ORIGIN));
         let units_s =
             i32::try_from(i64::from(feed_mm_min) * i64::from(UNITS_PER_MM) / 60).unwrap_or(i32::MAX);
         let values = Values {
             to: [a.saturating_add(description.zero[0]), b.saturating_add(description.zero[1])],
+            height: description.height_counts(to.height),
             centre,
             feed: description.speed.scale.counts(units_s).max(1),
         };
@@ -238,7 +241,12 @@ impl Described {
             Command::Abort => {}
             Command::Prepare => {
                 self.forget();
-                let coarse = description.coordinate.scale.per_mm_f64() < self.setting.steps_per_mm * 0.999;
+                let too_coarse = |figure: Figure, steps_per_mm: f64| figure.per_mm() < steps_per_mm * 0.999;
+                let coarse = too_coarse(description.coordinate, self.setting.steps_per_mm)
+                    || description
+                        .z
+                        .zip(self.setting.z)
+                        .is_some_and(|(z, axis)| too_coarse(z.coordinate, axis.steps_per_mm));
                 match coarse {
                     true => self.ask_status(For::Unfit, out),
                     false => self.say(&description.prepare, &none, For::Preparing, out),

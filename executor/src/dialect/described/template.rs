@@ -11,6 +11,8 @@ pub enum Slot {
     X,
     /// Second coordinate.
     Y,
+    /// Height, where the machine has a third axis.
+    Z,
     /// From an arc's start to its centre, first coordinate.
     I,
     /// As [`Slot::I`], second coordinate.
@@ -25,9 +27,10 @@ pub enum Slot {
     Any,
 }
 
-const SLOTS: [(&str, Slot); 8] = [
+const SLOTS: [(&str, Slot); 9] = [
     ("x", Slot::X),
     ("y", Slot::Y),
+    ("z", Slot::Z),
     ("i", Slot::I),
     ("j", Slot::J),
     ("feed", Slot::Feed),
@@ -63,7 +66,9 @@ pub struct Template {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum TemplateError {
     /// An unknown slot name.
-    #[error("{{{0}}} is unknown: use {{x}}, {{y}}, {{i}}, {{j}}, {{feed}}, {{status}}, {{code}} or {{any}}")]
+    #[error(
+        "{{{0}}} is unknown: use {{x}}, {{y}}, {{z}}, {{i}}, {{j}}, {{feed}}, {{status}}, {{code}} or {{any}}"
+    )]
     Unknown(String),
     /// A brace without its partner.
     #[error("a {{ without its }}, or a }} without its {{")]
@@ -278,7 +283,7 @@ mod tests {
 
     #[test]
     fn invalid_templates_are_rejected() {
-        assert_eq!(Template::of("{z}"), Err(TemplateError::Unknown("z".into())));
+        assert_eq!(Template::of("{w}"), Err(TemplateError::Unknown("w".into())));
         assert_eq!(Template::of("{x"), Err(TemplateError::Brace));
         assert_eq!(Template::of("x}"), Err(TemplateError::Brace));
         assert_eq!(Template::of("a\n"), Err(TemplateError::Letter('\n')));

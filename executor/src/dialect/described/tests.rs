@@ -17,6 +17,7 @@ fn dialect(text: &str) -> Described {
             steps_per_mm: 400.0,
             arc_tolerance_mm: 0.0005,
             travel_mm: Some([400.0, 350.0]),
+            z: None,
         },
     )
 }
@@ -38,7 +39,7 @@ fn query_reads_the_state_and_then_the_position() {
     let mut nsk = dialect(NSK);
     assert_eq!(encoded(&mut nsk, &Command::Query), "TS\r");
     assert_eq!(hear(&mut nsk, "TS\r\n 1\r\n:"), (vec![], "TP\r".into()));
-    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
+    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap().in_plane());
     let report = Report { mode: Mode::Moving, position, queued: None, waiting: None };
     assert_eq!(hear(&mut nsk, "TP\r\n 250000,170000\r\n:").0, [Reply::Report(report)]);
 }

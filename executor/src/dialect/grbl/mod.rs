@@ -25,7 +25,7 @@ use buffers::Buffers;
 use identity::Identity;
 use inspect::GrblInspector;
 use keepout_guard::{Interpolation, Motion, OnCancel};
-use keepout_kernel::{Curve, Point, Turn, Vector};
+use keepout_kernel::{Curve, Height, LatticeError, Place, Point, Turn};
 use meaning::{alarm_text, error_text};
 use settings::{Settings, StartupBlocks, Stated, Stores};
 pub use status::Status;
@@ -67,7 +67,7 @@ pub struct Grbl {
     hal: bool,
     stage: Stage,
     /// Work coordinate offset, machine coordinates. `None` until a report carries it.
-    work_offset: Option<Vector>,
+    work_offset: Option<Place>,
     /// The work offset as the parameter list states it.
     stated: Stated,
     buffers: Buffers,
@@ -99,13 +99,14 @@ impl Grbl {
         let first = out.len();
         let feed = match motion {
             Motion::Jog { to, feed_mm_min } => {
-                let to = to.translated(self.setting.offset)?;
+                let to = self.setting.on_machine(*to)?;
                 out.extend(b"$J=G53G90G21");
-                words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
+                self.target(to, true, out);
                 feed_mm_min
             }
-            Motion::Contour { curve, feed_mm_min } => {
-                let to = self.work(curve.to())?;
+            Motion::Contour { curve, heights: [from, to], feed_mm_min } => {
+                let climbs = from != to;
+                let to = self.work(curve.to().at_height(*to))?;
                 // The line states its modes, so it means the same in every mode of the controller. `G1` comes
                 // first: the startup lines cancel the motion mode, so after a reset the controller rejects
                 // the rest of the line.
@@ -114,7 +115,8 @@ impl Grbl {
                     Curve::Arc(arc) if arc.turn() == Turn::CounterClockwise => b"G3G17G21G54G90G94",
                     Curve::Arc(_) => b"G2G17G21G54G90G94",
                 });
-                words(out, &[(b'X', to.x.units()), (b'Y', to.y.units())]);
+                // An arc in the plane leaves out its height, because the line must be short.
+                self.target(to, climbs || matches!(curve, Curve::Line(_)), out);
                 // An arc line that arrives twice is rejected if it gives the radius. If it gave the centre,
                 // it would cut a full circle.
                 if let Curve::Arc(arc) = curve {
@@ -130,11 +132,23 @@ impl Grbl {
         if bytes > LINE_MAX { Err(EncodeError::LineTooLong { bytes }) } else { Ok(()) }
     }
 
+    /// Adds the words of a target, with its height on a machine with three axes.
+    fn target(&self, to: Place, with_height: bool, out: &mut Vec<u8>) {
+        words(out, &[(b'X', to.point.x.units()), (b'Y', to.point.y.units())]);
+        if with_height && self.three() {
+            words(out, &[(b'Z', to.height.units())]);
+        }
+    }
+
+    /// Whether the machine has three axes.
+    fn three(&self) -> bool {
+        self.setting.z.is_some()
+    }
+
     /// Converts to work coordinates. Fails until a report has carried the work offset.
-    fn work(&self, point: Point) -> Result<Point, EncodeError> {
+    fn work(&self, place: Place) -> Result<Place, EncodeError> {
         let offset = self.work_offset.ok_or(EncodeError::WorkOffsetUnknown)?;
-        let machine = point.translated(self.setting.offset)?;
-        Ok(machine.translated(Vector { dx: -offset.dx, dy: -offset.dy })?)
+        Ok(apart(self.setting.on_machine(place)?, offset)?)
     }
 
     fn reply(&mut self, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
@@ -176,7 +190,10 @@ impl Grbl {
         {
             match &mut self.stage {
                 Stage::Identifying(identity) => identity.take(inner),
-                _ => self.stated.take(inner),
+                _ => {
+                    let three = self.three();
+                    self.stated.take(inner, three);
+                }
             }
             None
         } else if line.starts_with('[') && line.ends_with(']') || line.starts_with('>') {
@@ -203,14 +220,16 @@ impl Grbl {
             Stage::Silent | Stage::Aborting => None,
             Stage::Waking => self.identify(out),
             Stage::Identifying(identity) => self.identified(identity, out),
-            Stage::Reading(settings) => match settings.check(self.setting.steps_per_mm) {
-                Ok(()) => {
-                    out.extend(b"$N\n");
-                    self.stage = Stage::ReadingBlocks(settings, StartupBlocks::default());
-                    None
+            Stage::Reading(settings) => {
+                match settings.check(self.setting.steps_per_mm, self.setting.z.map(|z| z.steps_per_mm)) {
+                    Ok(()) => {
+                        out.extend(b"$N\n");
+                        self.stage = Stage::ReadingBlocks(settings, StartupBlocks::default());
+                        None
+                    }
+                    Err(unfit) => Some(Reply::Unfit(unfit)),
                 }
-                Err(unfit) => Some(Reply::Unfit(unfit)),
-            },
+            }
             Stage::ReadingBlocks(settings, blocks) => self.set_up(&settings, blocks, out),
             Stage::Storing(stores, limits) => self.store(stores, limits, out),
             Stage::Homing => {
@@ -289,9 +308,8 @@ impl Grbl {
 
     /// `None` when the report is malformed: the dialect then uses no part of it.
     fn report(&mut self, line: &str) -> Option<Reply> {
-        let Status { mode, position, free, offset, .. } = Status::parse(line)?;
-        let back = Vector { dx: -self.setting.offset.dx, dy: -self.setting.offset.dy };
-        let position = position.map(|at| at.translated(back)).transpose().ok()?;
+        let Status { mode, position, free, offset, .. } = Status::parse(line, self.three())?;
+        let position = position.map(|at| self.setting.in_drawing(at)).transpose().ok()?;
         if offset.is_some_and(|offset| self.displaced(offset)) {
             return Some(Reply::Displaced);
         }
@@ -304,8 +322,7 @@ impl Grbl {
     }
 
     /// Takes the reported work offset. Returns whether it changed while the session relies on it.
-    fn displaced(&mut self, offset: Point) -> bool {
-        let offset = offset.minus(Point::ORIGIN);
+    fn displaced(&mut self, offset: Place) -> bool {
         let before = self.work_offset.replace(offset);
         self.stage == Stage::Ready && before.is_some_and(|before| before != offset)
     }
@@ -379,6 +396,13 @@ impl Dialect for Grbl {
     fn inspector(&self) -> Option<Box<dyn Inspector>> {
         Some(Box::new(GrblInspector::default()))
     }
+}
+
+/// A place relative to an origin.
+fn apart(place: Place, origin: Place) -> Result<Place, LatticeError> {
+    let back = Point::ORIGIN.minus(origin.point);
+    let height = i64::from(place.height.units()) - i64::from(origin.height.units());
+    Ok(place.point.translated(back)?.at_height(Height::from_units(height)?))
 }
 
 /// Adds words in mm, such as `X1.5Y-0.00001`.

@@ -1,23 +1,23 @@
 //! The controller's configuration: its settings, its startup lines, and its work coordinates.
 
 use keepout_kernel::curve::nearest_unit;
-use keepout_kernel::{Point, Vector};
+use keepout_kernel::{Height, Place, Point};
 
-use super::super::lines::plane;
+use super::super::lines::place;
 use crate::supervisor::{Limits, Unfit};
 
 /// The offsets that make up the work offset, as the parameter list states them. They confirm the reported
 /// offset: a damaged report would send a contour elsewhere.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Stated {
-    g54: Option<Vector>,
-    g92: Option<Vector>,
+    g54: Option<Place>,
+    g92: Option<Place>,
 }
 
 impl Stated {
-    pub(super) fn take(&mut self, line: &str) {
+    pub(super) fn take(&mut self, line: &str, three: bool) {
         let Some((name, value)) = line.split_once(':') else { return };
-        let offset = plane(value).map(|point| point.minus(Point::ORIGIN));
+        let offset = place(value, three);
         match name {
             "G54" => self.g54 = offset,
             "G92" => self.g92 = offset,
@@ -25,9 +25,10 @@ impl Stated {
         }
     }
 
-    pub(super) fn sum(&self) -> Option<Vector> {
+    pub(super) fn sum(&self) -> Option<Place> {
         let (a, b) = (self.g54?, self.g92?);
-        Some(Vector { dx: a.dx.checked_add(b.dx)?, dy: a.dy.checked_add(b.dy)? })
+        let height = Height::from_units(i64::from(a.height.units()) + i64::from(b.height.units())).ok()?;
+        Some(a.point.translated(b.point.minus(Point::ORIGIN)).ok()?.at_height(height))
     }
 }
 
@@ -146,9 +147,9 @@ pub(super) struct Settings {
     homing: Option<f64>,
     /// grblHAL: interval of automatic reports, ms.
     auto_report_ms: Option<f64>,
-    steps_per_mm: [Option<f64>; 2],
-    max_rate_mm_min: [Option<f64>; 2],
-    acceleration_mm_s2: [Option<f64>; 2],
+    steps_per_mm: [Option<f64>; 3],
+    max_rate_mm_min: [Option<f64>; 3],
+    acceleration_mm_s2: [Option<f64>; 3],
 }
 
 impl Settings {
@@ -159,14 +160,15 @@ impl Settings {
             13 => self.inches = Some(value),
             22 => self.homing = Some(value),
             481 => self.auto_report_ms = Some(value),
-            100 | 101 => self.steps_per_mm[usize::from(number - 100)] = Some(value),
-            110 | 111 => self.max_rate_mm_min[usize::from(number - 110)] = Some(value),
-            120 | 121 => self.acceleration_mm_s2[usize::from(number - 120)] = Some(value),
+            100..=102 => self.steps_per_mm[usize::from(number - 100)] = Some(value),
+            110..=112 => self.max_rate_mm_min[usize::from(number - 110)] = Some(value),
+            120..=122 => self.acceleration_mm_s2[usize::from(number - 120)] = Some(value),
             _ => {}
         }
     }
 
-    pub(super) fn check(&self, steps_per_mm: f64) -> Result<(), Unfit> {
+    /// Checks the settings for a plan with these steps per mm. `z` has those of a third axis.
+    pub(super) fn check(&self, steps_per_mm: f64, z: Option<f64>) -> Result<(), Unfit> {
         let unfit = |name, value, needed| Unfit { name, value, needed };
         if let Some(interval) = self.auto_report_ms.filter(|interval| *interval > 0.0) {
             let needed = "0: the dialect would take automatic reports for answers";
@@ -181,7 +183,9 @@ impl Settings {
         if inches.abs() > 0.0 {
             return Err(unfit("$13", inches, "0: positions must be in mm"));
         }
-        for (name, value) in [("$100", self.steps_per_mm[0]), ("$101", self.steps_per_mm[1])] {
+        let plane = ["$100", "$101"].map(|name| (name, steps_per_mm));
+        let planned = plane.into_iter().chain(z.map(|steps_per_mm| ("$102", steps_per_mm)));
+        for ((name, steps_per_mm), value) in planned.zip(self.steps_per_mm) {
             let value = value.ok_or(missing(name))?;
             if value.is_nan() || value < steps_per_mm * 0.999 {
                 let needed = "at least the steps_per_mm of the plan's machine profile";
@@ -205,8 +209,11 @@ impl Settings {
         self.arc_tolerance_mm.is_some_and(|reported| reported >= 0.001 && reported + 0.0005 <= mm)
     }
 
+    /// The limits of x and y.
     pub(super) fn limits(&self) -> Limits {
-        limits(self.max_rate_mm_min, self.acceleration_mm_s2)
+        let [x, y, _] = self.max_rate_mm_min;
+        let [ax, ay, _] = self.acceleration_mm_s2;
+        limits([x, y], [ax, ay])
     }
 }
 

@@ -1,8 +1,8 @@
 //! A status report, field by field.
 
-use keepout_kernel::Point;
+use keepout_kernel::Place;
 
-use super::super::lines::plane;
+use super::super::lines::place;
 use super::buffers::Free;
 use super::meaning::mode;
 use crate::supervisor::Mode;
@@ -15,19 +15,20 @@ pub struct Status<'a> {
     /// The state, as the supervisor's mode.
     pub mode: Mode,
     /// The machine position.
-    pub position: Option<Point>,
+    pub position: Option<Place>,
     /// Free planner blocks and free bytes of the receive buffer.
     pub free: Option<Free>,
     /// The work coordinate offset.
-    pub offset: Option<Point>,
+    pub offset: Option<Place>,
     /// The feed, mm/min.
     pub feed_mm_min: Option<f64>,
 }
 
 impl<'a> Status<'a> {
-    /// Reads a line `<…>`. `None` when it is malformed: then no part of it is used.
+    /// Reads a line `<…>` of a machine with two or `three` axes. `None` when it is malformed: then no part of
+    /// it is used.
     #[must_use]
-    pub fn parse(line: &'a str) -> Option<Self> {
+    pub fn parse(line: &'a str, three: bool) -> Option<Self> {
         let inner = line.strip_prefix('<')?.strip_suffix('>')?;
         let mut fields = inner.split('|');
         let state = fields.next()?;
@@ -42,12 +43,12 @@ impl<'a> Status<'a> {
                 return None;
             }
             match name {
-                "MPos" => status.position = Some(plane(value)?),
+                "MPos" => status.position = Some(place(value, three)?),
                 "Bf" => {
                     let (blocks, bytes) = value.split_once(',')?;
                     status.free = Some((blocks.parse().ok()?, bytes.parse().ok()?));
                 }
-                "WCO" => status.offset = Some(plane(value)?),
+                "WCO" => status.offset = Some(place(value, three)?),
                 "F" | "FS" => status.feed_mm_min = value.split(',').next().and_then(|feed| feed.parse().ok()),
                 _ => {}
             }

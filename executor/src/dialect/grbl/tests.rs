@@ -1,5 +1,7 @@
 //! Tests of the GRBL dialect against lines of the firmware.
 
+use keepout_kernel::Vector;
+
 use super::*;
 use crate::supervisor::Mode;
 
@@ -10,6 +12,7 @@ fn dialect() -> Grbl {
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
+        z: None,
     })
 }
 
@@ -33,10 +36,10 @@ fn report_is_read_in_drawing_coordinates() {
     hear(&mut grbl, idle);
     hear(&mut grbl, idle);
     let (replies, _) = hear(&mut grbl, b"<Jog|MPos:-150.000,20.005,0.000|Bf:14,100|FS:600,0>\r\nok\r\n");
-    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
+    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap().in_plane());
     let report = Report { mode: Mode::Moving, position, queued: Some(1), waiting: Some(true) };
     assert_eq!(replies, [Reply::Report(report), Reply::Accepted]);
-    assert_eq!(grbl.work_offset, Some(Vector { dx: 100_000, dy: 200_000 }));
+    assert_eq!(grbl.work_offset, Some(Point::from_units(100_000, 200_000).unwrap().in_plane()));
     let (replies, _) = hear(&mut grbl, b"<Idle|MPos:0.000,0.000,0.000|WCO:1.001,2.000,0.000>\r\n");
     assert_eq!(replies, [Reply::Displaced]);
 }

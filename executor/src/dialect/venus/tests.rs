@@ -1,3 +1,5 @@
+use keepout_kernel::Vector;
+
 use super::*;
 use crate::dialect::testing::{contour_to, jog_to};
 
@@ -8,6 +10,7 @@ fn dialect() -> Venus {
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
+        z: None,
     });
     venus.in_mm = true;
     venus
@@ -30,7 +33,7 @@ fn report_is_status_and_then_position() {
     let mut venus = dialect();
     assert_eq!(encoded(&mut venus, &Command::Query), "st p ");
     assert_eq!(hear(&mut venus, "3\r\n").0, []);
-    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
+    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap().in_plane());
     let report = Report { mode: Mode::Moving, position, queued: None, waiting: None };
     assert_eq!(hear(&mut venus, "-150.000000 20.005000\r\n").0, [Reply::Report(report)]);
     encoded(&mut venus, &Command::Query);

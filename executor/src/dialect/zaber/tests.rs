@@ -1,3 +1,5 @@
+use keepout_kernel::Vector;
+
 use super::wire::checksum;
 use super::*;
 use crate::dialect::testing::{contour_to, jog_to};
@@ -9,12 +11,13 @@ fn dialect() -> Zaber {
         steps_per_mm: 400.0,
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
+        z: None,
     })
 }
 
 fn ready() -> Zaber {
     let mut zaber = dialect();
-    zaber.zero = Some([160_000, 140_000]);
+    zaber.zero = Some([160_000, 140_000, 0]);
     zaber.checked = true;
     zaber
 }
@@ -38,7 +41,7 @@ fn report_is_in_drawing_coordinates_and_only_from_its_own_answer() {
     assert_eq!(encoded(&mut zaber, &Command::Query), "/1 0 01 get pos:2C\n");
     assert_eq!(hear(&mut zaber, "@01 0 77 OK IDLE -- 1 2").0, [], "an answer to something else");
     let (replies, _) = hear(&mut zaber, "@01 0 01 OK BUSY -- 100000 148002");
-    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap());
+    let position = Some(Point::from_units(5_000_000, 2_000_000).unwrap().in_plane());
     let report = Report { mode: Mode::Moving, position, queued: None, waiting: None };
     assert_eq!(replies, [Reply::Report(report)]);
     let mut out = Vec::new();

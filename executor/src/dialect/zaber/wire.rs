@@ -61,9 +61,10 @@ impl<'a> Answer<'a> {
         })
     }
 
-    pub(super) fn pair(&self) -> Option<[i64; 2]> {
+    /// The numbers of the axes: two, or three with `three`. The third is otherwise zero.
+    pub(super) fn axes(&self, three: bool) -> Option<[i64; 3]> {
         let mut values = self.data.split(' ').map(|value| value.parse::<i64>().ok());
-        Some([values.next()??, values.next()??])
+        Some([values.next()??, values.next()??, if three { values.next()?? } else { 0 }])
     }
 
     pub(super) fn mode(&self) -> Mode {

@@ -3,7 +3,7 @@
 use keepout_guard::{Interpolation, Rules};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::offset::certify_path;
-use keepout_kernel::{FreePoint, Length, Point, ProhibitedRegion};
+use keepout_kernel::{FreePoint, Length, Levels, Point, ProhibitedRegion};
 
 use crate::session::event_log::Certificate;
 
@@ -14,7 +14,7 @@ use crate::session::event_log::Certificate;
 /// The reason why the certificate does not hold.
 pub(super) fn check(
     certificate: &Certificate,
-    part: &ProhibitedRegion,
+    levels: &Levels,
     rules: &Rules,
     retracts: bool,
 ) -> Result<(), String> {
@@ -22,7 +22,11 @@ pub(super) fn check(
         Certificate::Jog { to, set, .. } if !set.contains(to) => {
             Err("the in-flight set lacks the target".into())
         }
-        Certificate::Jog { to, set, .. } => {
+        Certificate::Jog { height, lowest, .. } if height < lowest => {
+            Err("the lowest height of the in-flight set is above the target".into())
+        }
+        Certificate::Jog { to, set, lowest, .. } => {
+            let part = levels.at(rules.heights.certified_for(*lowest));
             let hull =
                 if rules.interpolation == Interpolation::Independent { corners(set) } else { set.to_vec() };
             match check_hull(part, rules.jogging_clearance, &hull) {
@@ -30,7 +34,8 @@ pub(super) fn check(
                 checked => checked,
             }
         }
-        Certificate::Contour { curve, .. } => {
+        Certificate::Contour { curve, from, to, .. } => {
+            let part = levels.at(rules.heights.certified_for(*from.min(to)));
             match certify_path(part, rules.finishing_clearance, &[*curve]) {
                 Ok(_) => Ok(()),
                 Err(gouge) => Err(gouge.to_string()),

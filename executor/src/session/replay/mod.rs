@@ -323,7 +323,7 @@ impl Player {
         // phase.
         let before = self.last_phase.as_ref().map(|(phase, _)| *phase);
         let retracts = supervisor.phase() == Phase::Escaping || before == Some(Phase::Escaping);
-        let (part, rules) = (supervisor.work().part(), supervisor.guard().rules());
+        let (part, rules) = (supervisor.work().levels(), supervisor.guard().rules());
         certificate::check(certificate, part, rules, retracts)?;
         if let Certificate::Contour { curve, .. } = certificate {
             self.timeline.sent(curve);

@@ -6,7 +6,7 @@ use keepout_guard::Time;
 use keepout_kernel::{Curve, Length, Point};
 use keepout_planner::Mm2;
 use keepout_planner::job::LoopNumber;
-use keepout_planner::units::{mm, point_mm};
+use keepout_planner::units::{mm, place_mm, point_mm};
 
 use crate::session::{LoggedEvent, Sample, SampleKind};
 use crate::supervisor::{Phase, Supervisor};
@@ -115,7 +115,7 @@ impl Timeline {
         if matches!(event, LoggedEvent::Received(_)) {
             self.see_position(supervisor, now);
         }
-        let at = supervisor.position();
+        let at = supervisor.position().map(|place| place.point);
         let mut add = |happening| self.happenings.push((now, happening, at));
         supervisor.finished().iter().skip(self.finished).for_each(|each| add(TimelineEntry::Finished(*each)));
         supervisor
@@ -158,7 +158,7 @@ impl Timeline {
 
     fn see_position(&mut self, supervisor: &Supervisor, at: Time) {
         let Some(position) = supervisor.position() else { return };
-        let position_mm = point_mm(position);
+        let position_mm = place_mm(position);
         let kind = match supervisor.phase() {
             Phase::Contouring | Phase::Holding => SampleKind::Run,
             Phase::Starting => SampleKind::Rest,
@@ -172,7 +172,8 @@ impl Timeline {
         if kind == SampleKind::Rest {
             return;
         }
-        let clearance = supervisor.work().part().clearance(position).unwrap_or(Length::ZERO);
+        let part = supervisor.work().levels().at(position.height);
+        let clearance = part.clearance(position.point).unwrap_or(Length::ZERO);
         if self.closest.is_none_or(|(least, _)| clearance < least) {
             self.closest = Some((clearance, at));
         }

@@ -9,7 +9,7 @@ mod way;
 
 use std::time::Duration;
 
-use keepout_guard::{Certified, Guard, Interpolation, OnCancel, Time};
+use keepout_guard::{Certified, FreePlace, Guard, Interpolation, OnCancel, Time};
 use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Point};
@@ -181,7 +181,7 @@ impl JogPlanner {
             return WallContact::Unknown;
         }
         let Some(base) = self.base(context) else { return WallContact::Unknown };
-        let confirmed = context.guard.confirmed().map(FreePoint::point);
+        let confirmed = context.guard.confirmed().map(FreePlace::point);
         let attempt =
             Fruitless { base: base.point(), confirmed, set: context.guard.in_flight().count(), unit };
         if self.fruitless.is_some_and(|before| before.is_alike(&attempt)) {
@@ -223,7 +223,8 @@ impl JogPlanner {
         let admissions = context.guard.admissions();
         let mut best = None;
         longest_prefix(from.point(), to, |point| {
-            let admission = on_grid(point).and_then(|target| admissions.admit_retract(target).ok());
+            let admission = on_grid(point)
+                .and_then(|target| admissions.admit_retract(target.at_height(from.height())).ok());
             let admitted = admission.is_some();
             best = admission.or(best.take());
             admitted
@@ -258,8 +259,9 @@ impl JogPlanner {
         self.turned_mm = Mm2::ZERO;
         let whole = end.point().translated(step).ok().and_then(on_grid);
         let search = Search::new(context.guard);
-        let Some(admission) = search.prefix(end, step, 0.0) else { return WallContact::Wall };
-        let contact = if Some(admission.target()) == whole { WallContact::Free } else { WallContact::Wall };
+        let Some(admission) = search.prefix(end.free(), step, 0.0) else { return WallContact::Wall };
+        let contact =
+            if Some(admission.target().point) == whole { WallContact::Free } else { WallContact::Wall };
         let certified = search.send(Proposal { admission, speed_mm_s: context.limits.speed_mm_s });
         context.send(certified);
         contact
@@ -295,7 +297,7 @@ impl JogPlanner {
     /// Start of the next motion: the last target, or after a cancel the expected place of the tool.
     fn base(&self, context: &JogContext<'_>) -> Option<FreePoint> {
         if self.cancelled.is_none_or(|(sent, _)| sent != context.guard.sent()) {
-            return context.guard.end();
+            return context.guard.end().map(FreePlace::free);
         }
         let confirmed = context.guard.confirmed()?;
         let speed = context.limits.speed_mm_s;
@@ -312,7 +314,7 @@ impl JogPlanner {
                 break;
             }
         }
-        context.guard.part().motion(confirmed, at).ok().or(Some(confirmed))
+        context.guard.part().motion(confirmed.free(), at).ok().or(Some(confirmed.free()))
     }
 }
 

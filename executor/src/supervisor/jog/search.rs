@@ -1,9 +1,9 @@
 //! The search for a jog target: straight, along a wall or along a soft limit, as far as the guard admits.
 
-use keepout_guard::{Admission, Admissions, Certified, Guard, Interpolation};
+use keepout_guard::{Admission, Admissions, Certified, FreePlace, Guard, Interpolation};
 use keepout_kernel::clip::contact_band;
 use keepout_kernel::curve::nearest_unit;
-use keepout_kernel::{FreePoint, Length, Point, Segment, UNITS_PER_MM, Vector};
+use keepout_kernel::{FreePoint, Height, Length, Point, Segment, UNITS_PER_MM, Vector};
 use keepout_planner::Mm2;
 use keepout_planner::units::{mm, vector_mm};
 
@@ -100,6 +100,11 @@ impl<'a> Search<'a> {
         self.0.guard()
     }
 
+    /// The height of the last target: a jog in the plane keeps it.
+    fn height(&self) -> Height {
+        self.guard().end().map_or(Height::ZERO, FreePlace::height)
+    }
+
     /// Sends the jog that was found.
     pub(super) fn send(self, proposal: Proposal<'a>) -> Certified {
         self.0.jog(proposal.admission, feed(proposal.speed_mm_s))
@@ -139,7 +144,7 @@ impl<'a> Search<'a> {
     /// parallel to an axis, or a step of one axis.
     fn climb(&self, base: FreePoint, push: &Push, input: Vector) -> (Option<Proposal<'a>>, WallContact) {
         let straight = self.prefix(base, input, SHORTEST_MM);
-        let way = |admission: &Admission<'_>| length_mm(admission.target().minus(base.point()));
+        let way = |admission: &Admission<'_>| length_mm(admission.target().point.minus(base.point()));
         let gained = straight.as_ref().map_or(0.0, way);
         let whole = |admission| push.jog(admission, 1.0);
         let wall = self.guard().part().wall(base, contact_band());
@@ -154,7 +159,7 @@ impl<'a> Search<'a> {
         let mut best: Option<(f64, Admission<'_>)> = None;
         for way in steps_along(along).into_iter().flatten() {
             let Some(admission) = self.prefix(base, way, SHORTEST_MM) else { continue };
-            let moved = admission.target().minus(base.point());
+            let moved = admission.target().point.minus(base.point());
             let progress = vector_mm(moved).dot(vector_mm(along)) / length;
             if progress > best.as_ref().map_or(gained, |(most, _)| *most) {
                 best = Some((progress, admission));
@@ -184,7 +189,7 @@ impl<'a> Search<'a> {
         if target == from.point() {
             return None;
         }
-        self.0.admit(target).ok().filter(|_| self.stands_off(target))
+        self.0.admit(target.at_height(self.height())).ok().filter(|_| self.stands_off(target))
     }
 
     /// The longest admitted prefix of a motion, on the grid. `None` when the search finds no prefix longer

@@ -109,7 +109,7 @@ fn gained(push: &Push, way: Vector) -> f64 {
 /// The jog at the speed whose look-ahead distance is the path ahead with this jog. `None` when the jog is too
 /// short for that speed.
 fn limited<'a>(base: FreePoint, push: &Push, jog: Proposal<'a>) -> Option<Proposal<'a>> {
-    let length_mm = length_mm(jog.admission.target().minus(base.point()));
+    let length_mm = length_mm(jog.admission.target().point.minus(base.point()));
     let speed_mm_s = push.look.speed_mm_s(push.ahead_mm + length_mm).min(jog.speed_mm_s);
     (length_mm >= push.look.least_mm(speed_mm_s)).then_some(Proposal { speed_mm_s, ..jog })
 }
@@ -167,7 +167,7 @@ impl<'a> Search<'a> {
             heights.into_iter().find_map(|height_mm| self.target(base, slope, push, (mm, height_mm)))
         };
         let (admitted_mm, target) = longest(length_mm, target)?;
-        let gains = gained(push, target.target().minus(base.point()));
+        let gains = gained(push, target.target().point.minus(base.point()));
         let jog = push.jog(target, gains);
         let jog = Proposal { speed_mm_s: jog.speed_mm_s.min(fit.speed_mm_s), ..jog };
         if admitted_mm < missing_mm { limited(base, push, jog) } else { Some(jog) }

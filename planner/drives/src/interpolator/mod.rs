@@ -6,7 +6,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
 use keepout_planner::machine::MachineProfile;
 use stop::Stop;
 
@@ -17,6 +17,8 @@ pub struct Drives {
     pub max_rate: f64,
     /// Acceleration of an axis, mm/s².
     pub acceleration: f64,
+    /// Top speed and acceleration of the third axis, mm/s and mm/s².
+    pub up: [f64; 2],
     /// Junction deviation, mm (GRBL `$11`).
     pub junction_deviation: f64,
 }
@@ -24,14 +26,24 @@ pub struct Drives {
 impl Drives {
     /// The limits of `machine`, with a junction deviation in mm.
     pub fn of(machine: &MachineProfile, junction_deviation: f64) -> Self {
-        Self { max_rate: machine.max_rate_mm_s, acceleration: machine.acceleration_mm_s2, junction_deviation }
+        let (max_rate, acceleration) = (machine.max_rate_mm_s, machine.acceleration_mm_s2);
+        let up =
+            machine.z.as_ref().map_or([max_rate, acceleration], |z| [z.max_rate_mm_s, z.acceleration_mm_s2]);
+        Self { max_rate, acceleration, up, junction_deviation }
+    }
+
+    /// Top speed and acceleration along a direction: no axis exceeds its own.
+    fn along(&self, unit: Mm3) -> [f64; 2] {
+        let share = unit.x.abs().max(unit.y.abs());
+        let [rate, acceleration] = self.up.map(|limit| limit / unit.z.abs());
+        [(self.max_rate / share).min(rate), (self.acceleration / share).min(acceleration)]
     }
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Block {
-    to: Mm2,
-    unit: Mm2,
+    to: Mm3,
+    unit: Mm3,
     left: f64,
     nominal: f64,
     acceleration: f64,
@@ -44,7 +56,7 @@ struct Block {
 /// Unwanted steps, after the firmware counted the steps of a block below zero.
 #[derive(Clone, Copy, Debug)]
 struct Runaway {
-    unit: Mm2,
+    unit: Mm3,
     left: f64,
     speed: f64,
 }
@@ -65,7 +77,7 @@ pub enum StepOutcome {
 pub struct QueuedMotion {
     drives: Drives,
     blocks: VecDeque<Block>,
-    position: Mm2,
+    position: Mm3,
     speed: f64,
     stop: Option<Stop>,
     /// Steps per mm of a firmware with the runaway defect.
@@ -95,7 +107,7 @@ const REACHED: f64 = 1e-9;
 impl QueuedMotion {
     /// Drives at rest at `position`, mm.
     #[must_use]
-    pub fn new(drives: Drives, position: Mm2) -> Self {
+    pub fn new(drives: Drives, position: Mm3) -> Self {
         Self {
             drives,
             blocks: VecDeque::new(),
@@ -122,7 +134,7 @@ impl QueuedMotion {
 
     /// Commanded position of the tool, mm.
     #[must_use]
-    pub fn position(&self) -> Mm2 {
+    pub fn position(&self) -> Mm3 {
         self.position
     }
 
@@ -133,8 +145,8 @@ impl QueuedMotion {
     }
 
     /// Speed of each axis, mm/s.
-    pub fn velocity(&self) -> Mm2 {
-        self.blocks.front().map_or(Mm2::ZERO, |block| block.unit) * self.speed
+    pub fn velocity(&self) -> Mm3 {
+        self.blocks.front().map_or(Mm3::ZERO, |block| block.unit) * self.speed
     }
 
     /// Number of unfinished blocks.
@@ -160,22 +172,21 @@ impl QueuedMotion {
     }
 
     /// End of the last queued block, mm.
-    pub fn planned_end(&self) -> Mm2 {
+    pub fn planned_end(&self) -> Mm3 {
         self.blocks.back().map_or(self.position, |block| block.to)
     }
 
     /// Queues a straight block to `to` at `feed` mm/s. Returns false for a block below `shortest` mm, and
     /// drops it.
-    pub fn push(&mut self, to: Mm2, feed: f64, shortest: f64) -> bool {
+    pub fn push(&mut self, to: Mm3, feed: f64, shortest: f64) -> bool {
         let from = self.planned_end();
         let length = from.distance(to);
         if length < shortest {
             return false;
         }
         let unit = (to - from) / length;
-        let share = unit.x.abs().max(unit.y.abs());
-        let acceleration = self.drives.acceleration / share;
-        let nominal = feed.min(self.drives.max_rate / share).max(CREEP);
+        let [rate, acceleration] = self.drives.along(unit);
+        let nominal = feed.min(rate).max(CREEP);
         let max_entry = self.blocks.back().map_or(0.0, |before| {
             self.junction_speed(before.unit, unit, acceleration).min(nominal).min(before.nominal)
         });
@@ -191,7 +202,7 @@ impl QueuedMotion {
 
     /// GRBL's junction speed, mm/s: the speed on a circle that cuts the corner by the junction deviation. The
     /// tool itself stays on the path.
-    fn junction_speed(&self, a: Mm2, b: Mm2, acceleration: f64) -> f64 {
+    fn junction_speed(&self, a: Mm3, b: Mm3, acceleration: f64) -> f64 {
         let cos = -a.dot(b);
         if cos > 0.999_999 {
             return 0.0;
@@ -213,7 +224,7 @@ impl QueuedMotion {
     }
 
     /// Advances the motion by `dt` seconds. Calls `corner` with the end of each block that it completes.
-    pub fn advance(&mut self, dt: f64, mut corner: impl FnMut(Mm2)) -> StepOutcome {
+    pub fn advance(&mut self, dt: f64, mut corner: impl FnMut(Mm3)) -> StepOutcome {
         if self.runaway.is_some() {
             return self.run_on(dt);
         }
@@ -261,7 +272,8 @@ impl QueuedMotion {
     fn runs_away(&mut self) -> bool {
         let next = self.blocks.get(1).filter(|block| block.rounds_up);
         let Some((steps_per_mm, block)) = self.runs_away.zip(next) else { return false };
-        let per_step = 1.0 / (steps_per_mm * block.unit.x.abs().max(block.unit.y.abs()));
+        let Mm3 { x, y, z } = block.unit;
+        let per_step = 1.0 / (steps_per_mm * x.abs().max(y.abs()).max(z.abs()));
         let (left, speed) = (RUNAWAY_STEPS * per_step, RUNAWAY_RATE * per_step);
         self.runaway = Some(Runaway { unit: block.unit, left, speed });
         true
@@ -371,14 +383,14 @@ impl QueuedMotion {
 
 /// Whether the firmware, in 32-bit floats, computes more steps from the length of a block than the block has.
 #[expect(clippy::cast_possible_truncation, reason = "the firmware computes in f32")]
-fn rounds_up(from: Mm2, to: Mm2, steps_per_mm: f64) -> bool {
+fn rounds_up(from: Mm3, to: Mm3, steps_per_mm: f64) -> bool {
     let steps = |from: f64, to: f64| ((to * steps_per_mm).round() - (from * steps_per_mm).round()) as f32;
     let (x, y, per_mm) = (steps(from.x, to.x), steps(from.y, to.y), steps_per_mm as f32);
     let (count, length) = (x.abs().max(y.abs()), (x / per_mm).hypot(y / per_mm));
     length > 0.0 && (count / length) * length > count
 }
 
-fn go(block: &mut Block, position: &mut Mm2, step: f64) {
+fn go(block: &mut Block, position: &mut Mm3, step: f64) {
     block.left -= step;
     // Measure from the end, so that rounding errors do not add up.
     *position = block.to - block.unit * block.left;

@@ -1,22 +1,26 @@
 use super::*;
 
+fn flat(x: f64, y: f64) -> Mm3 {
+    Mm3::new(x, y, 0.0)
+}
+
 fn motion() -> QueuedMotion {
     QueuedMotion::new(
-        Drives { max_rate: 200.0, acceleration: 500.0, junction_deviation: 0.01 },
-        Mm2::new(0.0, 0.0),
+        Drives { max_rate: 200.0, acceleration: 500.0, up: [10.0, 100.0], junction_deviation: 0.01 },
+        flat(0.0, 0.0),
     )
 }
 
 #[test]
 fn block_takes_the_time_of_a_trapezoidal_speed_profile() {
     let mut motion = motion();
-    motion.push(Mm2::new(100.0, 0.0), 100.0, 0.001);
+    motion.push(flat(100.0, 0.0), 100.0, 0.001);
     let mut ticks = 0;
     while motion.queued() > 0 {
         motion.advance(0.0005, |_| {});
         ticks += 1;
     }
-    assert!(motion.position() == Mm2::new(100.0, 0.0));
+    assert!(motion.position() == flat(100.0, 0.0));
     // Acceleration 0.2 s, deceleration 0.2 s, and 80 mm at 100 mm/s between them.
     let seconds = f64::from(ticks) * 0.0005;
     assert!((seconds - 1.2).abs() < 0.002, "{seconds}");
@@ -29,7 +33,7 @@ fn large_and_small_time_steps_agree() {
     for _ in 0..300 {
         let mut whole = motion();
         for _ in 0..random.usize(1..6) {
-            let to = Mm2::new(random.f64() * 40.0, random.f64() * 40.0);
+            let to = flat(random.f64() * 40.0, random.f64() * 40.0);
             whole.push(to, 5.0 + random.f64() * 150.0, 0.001);
         }
         let mut fine = whole.clone();
@@ -52,15 +56,15 @@ fn large_and_small_time_steps_agree() {
 /// The queue runs low and the tool brakes. Then the next block and a stop arrive, in either order.
 #[test]
 fn stop_at_the_end_of_a_block_runs_away_on_firmware_with_the_defect() {
-    let slopes = (1..200).map(|k| Mm2::new(22.0, f64::from(k) / 80.0));
-    let next = slopes.clone().find(|&to| rounds_up(Mm2::new(20.0, 0.0), to, 80.0)).unwrap();
+    let slopes = (1..200).map(|k| flat(22.0, f64::from(k) / 80.0));
+    let next = slopes.clone().find(|&to| rounds_up(flat(20.0, 0.0), to, 80.0)).unwrap();
     assert!(
-        slopes.clone().filter(|&to| rounds_up(Mm2::new(20.0, 0.0), to, 80.0)).count() < 60,
+        slopes.clone().filter(|&to| rounds_up(flat(20.0, 0.0), to, 80.0)).count() < 60,
         "most slopes are harmless"
     );
     let run = |defect: bool, block_first: bool| {
         let mut motion = if defect { motion().with_runaway(80.0) } else { motion() };
-        motion.push(Mm2::new(20.0, 0.0), 50.0, 0.001);
+        motion.push(flat(20.0, 0.0), 50.0, 0.001);
         while !motion.brakes_to_end() {
             motion.advance(1e-4, |_| {});
         }
@@ -86,7 +90,7 @@ fn stop_at_the_end_of_a_block_runs_away_on_firmware_with_the_defect() {
 #[test]
 fn cancel_stops_on_the_path_within_the_braking_distance() {
     let mut motion = motion();
-    motion.push(Mm2::new(60.0, 80.0), 100.0, 0.001);
+    motion.push(flat(60.0, 80.0), 100.0, 0.001);
     for _ in 0..1000 {
         motion.advance(0.0005, |_| {});
     }

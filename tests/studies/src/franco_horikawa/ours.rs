@@ -107,7 +107,7 @@ impl<'a> Ours<'a> {
         let operator = Model::new(ModelKind::Calm, 1.0, seed);
         let result = self.play(&run, Box::new(operator), &mut |_, _, _| Going::On)?;
         let cut = result.samples.iter().filter(|sample| sample.kind == SampleKind::Run);
-        Ok(cut.map(|sample| sample.position_mm).collect())
+        Ok(cut.map(|sample| sample.position_mm.plane()).collect())
     }
 
     /// Runs roughing until the operator ends the session.
@@ -166,7 +166,7 @@ impl<'a> Ours<'a> {
     /// Then the nearest sample gives the distance.
     fn attempt_of(&self, result: &SimResult, driven: bool, seconds: f64) -> Attempt {
         let jogs = result.samples.iter().filter(|sample| sample.kind == SampleKind::Jog);
-        let path: Vec<Mm2> = jogs.map(|sample| sample.position_mm).collect();
+        let path: Vec<Mm2> = jogs.map(|sample| sample.position_mm.plane()).collect();
         let clearance = |at: &Mm2| self.shape.clearance(*at) - self.radius_mm();
         // Without simulated drives the tool jumps from sample to sample, so its speed has no meaning.
         let fastest_mm_s = driven.then(|| fastest(&result.samples));
@@ -292,7 +292,7 @@ impl Rest {
             return Going::On;
         }
         self.at_wall.store(true, Ordering::Relaxed);
-        let here = supervisor.position();
+        let here = supervisor.position().map(|place| place.point);
         let moved = self.at.zip(here).is_none_or(|(before, here)| {
             let step = here.minus(before);
             step.dx.abs().max(step.dy.abs()) > STILL

@@ -13,11 +13,13 @@
 //! send a stop. If no stop is necessary, the stick is tilted and the controller's queue has room, send one
 //! "unitary movement" (section 3.1) in the direction of the stick (section 3.3: a direction, no speed).
 
+use std::sync::Arc;
+
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_executor::supervisor::{OperatorInput, Phase};
 use keepout_guard::Time;
-use keepout_kernel::{ProhibitedRegion, Vector};
+use keepout_kernel::{Height, Levels, ProhibitedRegion, Vector};
 use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::PlanParameters;
@@ -204,6 +206,7 @@ impl<'a> Scene<'a> {
         let offset = Vector { dx: 0, dy: 0 };
         let radius = keepout_planner::units::length_up_from_mm(paper.ground.radius_mm);
         let radius = radius.unwrap_or(keepout_kernel::Length::ZERO);
+        let levels = Arc::new(Levels::flat(Arc::new(paper.ground.part.clone())));
         let mut scene = Self {
             paper,
             modules: Modules::new(start, paper.feed_mm_s, paper.delays.inertia_s),
@@ -220,7 +223,7 @@ impl<'a> Scene<'a> {
             },
             input: OperatorInput::default(),
             over: false,
-            monitor: CollisionMonitor::new(paper.ground.part.clone(), radius, offset),
+            monitor: CollisionMonitor::new(levels, radius, (offset, Height::ZERO)),
             clearance_mm: 0.0,
             closest_mm: f64::INFINITY,
             path: Vec::new(),
@@ -262,7 +265,7 @@ impl<'a> Scene<'a> {
         if self.path.last() == Some(&tool) {
             return;
         }
-        let sample = Sample { at: self.now(), position_mm: tool, kind: SampleKind::Jog };
+        let sample = Sample { at: self.now(), position_mm: tool.at_height(0.0), kind: SampleKind::Jog };
         self.monitor.watch(&sample);
         self.clearance_mm = self.paper.ground.clearance(tool);
         self.closest_mm = self.closest_mm.min(self.clearance_mm);
