@@ -17,7 +17,7 @@
 
 use std::collections::VecDeque;
 
-use crate::properties::Xy;
+use crate::properties::Xyz;
 use crate::wire::{HostMessage, Sent, StatusReport};
 
 /// Lines that the receive buffer holds. The next line is merged with the last one. GRBL's 127 bytes hold
@@ -34,10 +34,19 @@ pub const RESOLUTION: i64 = 4;
 /// mm/min, with no time to brake.
 pub const STRAY: i64 = 250;
 /// Rest positions after such a cancel, relative to the tool's position at the cancel.
-const STRAYS: [Xy; 5] = [(0, 0), (STRAY, 0), (-STRAY, 0), (0, STRAY), (0, -STRAY)];
+const STRAYS: [Xyz; 6] =
+    [(0, 0, 0), (STRAY, 0, 0), (-STRAY, 0, 0), (0, STRAY, 0), (0, -STRAY, 0), (0, 0, -STRAY)];
 
 /// Errors of a report, relative to the tool's position.
-const ERRORS: [Xy; 5] = [(0, 0), (RESOLUTION, 0), (-RESOLUTION, 0), (0, RESOLUTION), (0, -RESOLUTION)];
+const ERRORS: [Xyz; 7] = [
+    (0, 0, 0),
+    (RESOLUTION, 0, 0),
+    (-RESOLUTION, 0, 0),
+    (0, RESOLUTION, 0),
+    (0, -RESOLUTION, 0),
+    (0, 0, RESOLUTION),
+    (0, 0, -RESOLUTION),
+];
 
 /// How often each fault may occur in one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -75,6 +84,8 @@ pub struct MotionModel {
     pub errs: bool,
     /// Largest number of positions between two ends of motions where the tool can be found.
     pub halves: u8,
+    /// A third axis: errors and strays go up and down, too.
+    pub climbs: bool,
 }
 
 /// The controller, the link and the tool.
@@ -83,19 +94,19 @@ pub struct MachineModel {
     /// The machine's behaviour.
     pub drive: MotionModel,
     /// Position of the tool.
-    pub tool: Xy,
+    pub tool: Xyz,
     /// Number of positions between ends of motions since the last end.
     between: u8,
     /// Messages in transit to the controller.
     pub wire: VecDeque<Sent>,
     /// Received lines that the controller has not read.
-    pub received: VecDeque<Xy>,
+    pub received: VecDeque<Xyz>,
     /// The line that was read and waits for room.
-    pub read: Option<Xy>,
+    pub read: Option<Xyz>,
     /// Planned blocks.
-    pub planner: VecDeque<Xy>,
+    pub planner: VecDeque<Xyz>,
     /// Blocks that have left the planner, each with its age in halves of `DRAIN`.
-    pub stepper: VecDeque<(Xy, u8)>,
+    pub stepper: VecDeque<(Xyz, u8)>,
     /// A feed hold: the machine neither moves nor reads lines.
     held: bool,
     /// The tool brakes after a cancel and may leave its path.
@@ -139,9 +150,9 @@ pub enum Happening {
     Refuses,
     /// A block leaves the planner.
     Fetches,
-    /// The tool moves to the end of its motion. Non-interpolated axes move x first or y first.
+    /// The tool moves to the end of its motion. Non-interpolated axes move one after the other.
     Drives {
-        /// The route: 0 straight, 1 x first, 2 y first.
+        /// The route: 0 straight, 1 x first, 2 y first, 3 z first, and then x.
         around: u8,
     },
     /// The tool moves to the middle of its motion, or to a corner of the motion's box.
@@ -165,7 +176,7 @@ pub enum Happening {
 impl MachineModel {
     /// A machine at rest.
     #[must_use]
-    pub fn new(tool: Xy, drive: MotionModel, trouble: Trouble) -> Self {
+    pub fn new(tool: Xyz, drive: MotionModel, trouble: Trouble) -> Self {
         Self {
             drive,
             tool,
@@ -189,7 +200,7 @@ impl MachineModel {
     }
 
     /// All targets in the controller and in transit to it.
-    pub fn targets(&self) -> impl Iterator<Item = Xy> + '_ {
+    pub fn targets(&self) -> impl Iterator<Item = Xyz> + '_ {
         let on_wire = self.wire.iter().filter_map(|sent| match sent {
             Sent::Line(to) => Some(*to),
             _ => None,
@@ -207,7 +218,8 @@ impl MachineModel {
             }
         };
         let there = !self.wire.is_empty();
-        let errors = if self.drive.errs && self.wire.front() == Some(&Sent::Query) { 5 } else { 1 };
+        let all = if self.drive.climbs { 7 } else { 5 };
+        let errors = if self.drive.errs && self.wire.front() == Some(&Sent::Query) { all } else { 1 };
         (0..errors).for_each(|error| may(there, Happening::Arrives { error }));
         may(there && lost > 0, Happening::LostThere);
         may(there && doubled > 0, Happening::DoubledThere);
@@ -232,7 +244,8 @@ impl MachineModel {
             return;
         }
         if self.straying {
-            (0..5).for_each(|to| may(true, Happening::Strays { to }));
+            let all = if self.drive.climbs { 6 } else { 5 };
+            (0..all).for_each(|to| may(true, Happening::Strays { to }));
             return;
         }
         let room = self.planner.len() < PLANNER;
@@ -243,8 +256,11 @@ impl MachineModel {
         may(self.trouble.refused > 0 && self.read.is_none() && !self.received.is_empty(), Happening::Refuses);
         may(self.stepper.len() < STEPPER && !self.planner.is_empty(), Happening::Fetches);
         if let Some(&(to, _)) = self.stepper.front() {
-            let slanted = self.drive.apart && to.0 != self.tool.0 && to.1 != self.tool.1;
-            for around in if slanted { 1..3 } else { 0..1 } {
+            let (tool, climbs) = (self.tool, to.2 != self.tool.2);
+            let moving = [to.0 != tool.0, to.1 != tool.1, climbs].into_iter().filter(|moves| *moves).count();
+            let slanted = self.drive.apart && moving > 1;
+            let routes = if climbs { 1..4 } else { 1..3 };
+            for around in if slanted { routes } else { 0..1 } {
                 may(true, Happening::Drives { around });
                 may(self.between < self.drive.halves, Happening::DrivesHalf { around });
             }
@@ -256,7 +272,7 @@ impl MachineModel {
     }
 
     /// Applies the event and returns the path of the tool.
-    pub fn happens(&mut self, happening: Happening) -> Vec<Xy> {
+    pub fn happens(&mut self, happening: Happening) -> Vec<Xyz> {
         let from = self.tool;
         match happening {
             Happening::Arrives { error } => self.arrives(ERRORS[usize::from(error)]),
@@ -269,18 +285,26 @@ impl MachineModel {
             Happening::Drives { around } => {
                 let Some((to, _)) = self.stepper.pop_front() else { return vec![from] };
                 (self.tool, self.between) = (to, 0);
-                let corner = [None, Some((to.0, from.1)), Some((from.0, to.1))][usize::from(around)];
-                return [Some(from), corner, Some(to)].into_iter().flatten().collect();
+                let (x, y, z) = ((to.0, from.1, from.2), (from.0, to.1, from.2), (from.0, from.1, to.2));
+                let plane = (to.0, to.1, from.2);
+                let corners = match around {
+                    0 => vec![],
+                    1 => vec![x, plane],
+                    2 => vec![y, plane],
+                    _ => vec![z, (to.0, from.1, to.2)],
+                };
+                return std::iter::once(from).chain(corners).chain([to]).collect();
             }
             Happening::DrivesHalf { around } => {
                 let Some(&(to, _)) = self.stepper.front() else { return vec![from] };
-                let half = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
-                self.tool = [half, (to.0, from.1), (from.0, to.1)][usize::from(around)];
+                let half = ((from.0 + to.0) / 2, (from.1 + to.1) / 2, (from.2 + to.2) / 2);
+                let corners = [half, (to.0, from.1, from.2), (from.0, to.1, from.2), (from.0, from.1, to.2)];
+                self.tool = corners[usize::from(around)];
                 self.between += 1;
             }
             Happening::Strays { to } => {
-                let (dx, dy) = STRAYS[usize::from(to)];
-                (self.tool, self.straying) = ((from.0 + dx, from.1 + dy), false);
+                let (dx, dy, dz) = STRAYS[usize::from(to)];
+                (self.tool, self.straying) = ((from.0 + dx, from.1 + dy, from.2 + dz), false);
             }
             fault => self.suffers(fault),
         }
@@ -297,12 +321,12 @@ impl MachineModel {
             Happening::DoubledThere => {
                 self.trouble.doubled -= 1;
                 self.wire.insert(1, self.wire[0]);
-                self.arrives((0, 0));
+                self.arrives((0, 0, 0));
             }
             Happening::SwappedThere => {
                 self.trouble.swapped -= 1;
                 self.wire.swap(0, 1);
-                self.arrives((0, 0));
+                self.arrives((0, 0, 0));
             }
             Happening::LostBack => {
                 self.trouble.lost -= 1;
@@ -354,19 +378,19 @@ impl MachineModel {
         self.held = false;
     }
 
-    fn arrives(&mut self, error: Xy) {
+    fn arrives(&mut self, error: Xyz) {
         match self.wire.pop_front() {
             None => {}
             Some(Sent::Line(to)) if self.received.len() < BUFFER => self.received.push_back(to),
             // The head of one line and the tail of another.
             Some(Sent::Line(to)) => {
                 if let Some(last) = self.received.back_mut() {
-                    *last = (last.0, to.1);
+                    *last = (last.0, to.1, to.2);
                 }
             }
             Some(Sent::Query) => {
                 let report = StatusReport {
-                    place: (self.tool.0 + error.0, self.tool.1 + error.1),
+                    place: (self.tool.0 + error.0, self.tool.1 + error.1, self.tool.2 + error.2),
                     in_position: !self.in_motion() && !self.held,
                     queued: self.planner.len(),
                     waiting: !self.received.is_empty(),

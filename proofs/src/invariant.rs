@@ -4,10 +4,12 @@
 //! The exploration runs the real guard with the model of the controller, breadth first. It visits every
 //! state once, until it finds no new one. In each state it checks:
 //!
-//! - The hull of the in-flight set keeps the jogging clearance.
-//! - Every target in the controller or in transit lies in the hull.
-//! - The tool lies in the hull. Where reports have errors, it lies within three resolutions of the hull.
-//! - Every motion of the tool keeps the same clearance.
+//! - The hull of the in-flight set keeps the jogging clearance from everything that stands above its lowest
+//!   height, less the height margin.
+//! - Every target in the controller or in transit lies in the hull, and not below the lowest height.
+//! - The tool lies in the hull, and not below the lowest height. Where reports have errors, it lies within three
+//!   resolutions of the hull, and within one of that height.
+//! - Every motion of the tool keeps the same clearance from what stands above it, without the margin.
 //!
 //! The hull is convex, so a tool in it that drives to targets in it stays in it. In a world without faults
 //! the session must not end.
@@ -25,12 +27,15 @@ use keepout_guard::{
     QueryStamp, Rules, State as GuardState, Time,
 };
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, Levels, ProhibitedRegion, Segment};
+use keepout_kernel::{Curve, Levels, Segment};
 
 use crate::controller::{Happening, MachineModel, MotionModel, RESOLUTION, Trouble};
 use crate::families::{at, length};
-use crate::properties::Xy;
-use crate::square::{self, FINISHING, MANUAL, approaches, certified, off_box, off_hull, plain};
+use crate::properties::{Xy, Xyz};
+use crate::square::{
+    self, FINISHING, HEIGHT_MARGIN, MANUAL, approaches, certified, height, off_box, off_hull, place, plain,
+    plain_place,
+};
 use crate::wire::{HostMessage, Sent, StatusReport};
 
 /// A world to explore: a machine, its faults, and the host's budget.
@@ -39,11 +44,13 @@ pub struct World {
     /// Its name.
     pub name: &'static str,
     /// Start position of the tool.
-    pub start: Xy,
+    pub start: Xyz,
     /// Targets of the host's jogs.
-    pub targets: &'static [Xy],
+    pub targets: &'static [Xyz],
+    /// Heights of the host's rises.
+    pub rises: &'static [i64],
     /// A contour that the host may run. Without points there is none.
-    pub contour: &'static [Xy],
+    pub contour: &'static [Xyz],
     /// Largest numbers of motions, queries, cancels and halves of `DRAIN`.
     pub budget: [u8; 4],
     /// Largest number of open queries.
@@ -78,8 +85,9 @@ struct Key<'a>(GuardState, &'a MachineModel, &'a VecDeque<QueryStamp>, u8, [u8; 
 /// An action of the host, or an event.
 #[derive(Clone, Copy, Debug)]
 enum Step {
-    Jog(Xy),
-    Retract(Xy),
+    Jog(Xyz),
+    Rise(i64),
+    Retract(Xyz),
     Contour,
     Next,
     Query,
@@ -106,7 +114,25 @@ pub struct Explored {
 }
 
 impl World {
-    fn guard(&self, part: &Arc<ProhibitedRegion>) -> Guard {
+    /// The part of this world. A machine that climbs has a plate with a top.
+    fn levels(&self, by: i64) -> Levels {
+        if self.drive.climbs { square::plate(by) } else { square::square(by) }
+    }
+
+    fn heights(&self) -> HeightRules {
+        if !self.drive.climbs {
+            return HeightRules::TWO_AXES;
+        }
+        HeightRules {
+            lowest: height(-1000),
+            highest: height(1000),
+            margin: length(HEIGHT_MARGIN),
+            resolution: length(RESOLUTION),
+            shortest: length(4),
+        }
+    }
+
+    fn guard(&self, part: &Arc<Levels>) -> Guard {
         let interpolation = if self.drive.apart { Interpolation::Independent } else { Interpolation::Linear };
         let rules = Rules {
             travel: Window::of(at((-5000, -5000))).including(at((5000, 5000))),
@@ -118,18 +144,18 @@ impl World {
             on_cancel: if self.drive.strays { OnCancel::MayStray } else { OnCancel::KeepsPath },
             contours: interpolation,
             checked: self.checked,
-            heights: HeightRules::TWO_AXES,
+            heights: self.heights(),
         };
-        let mut guard = Guard::new(flat(Arc::clone(part)), flat(square::grown(self.coarser)), rules);
+        let mut guard = Guard::new(Arc::clone(part), Arc::new(self.levels(self.coarser)), rules);
         guard.learn_of_cancels(guard.rules().on_cancel, Some(QUICK));
-        guard.locate(at(self.start).in_plane()).expect("the tool begins outside the part");
+        guard.locate(place(self.start)).expect("the tool begins outside the part");
         guard
     }
 
     /// Explores all reachable states, up to `most` of them.
     #[must_use]
     pub fn explore(&self, most: usize) -> Explored {
-        let part = square::part();
+        let part = Arc::new(self.levels(0));
         let guard = self.guard(&part);
         let first = Node {
             inside: guard.is_inside_jogging_clearance(),
@@ -177,10 +203,6 @@ impl World {
     }
 }
 
-fn flat(part: Arc<ProhibitedRegion>) -> Arc<Levels> {
-    Arc::new(Levels::flat(part))
-}
-
 /// The steps to a state.
 fn steps_to(ways: &[(usize, Option<Step>)], mut number: usize) -> Vec<String> {
     let mut sequence = Vec::new();
@@ -220,6 +242,7 @@ impl Node {
                 into.extend(
                     world.targets.iter().map(|&to| if inside { Step::Retract(to) } else { Step::Jog(to) }),
                 );
+                into.extend(world.rises.iter().map(|&height| Step::Rise(height)));
                 if !world.contour.is_empty() && self.guard.contour_progress().is_none() {
                     into.push(Step::Contour);
                 }
@@ -239,28 +262,38 @@ impl Node {
     }
 
     /// Takes the step and returns the path of the tool. Returns `None` if the step is not possible.
-    fn takes(&mut self, world: &World, step: Step) -> Option<Vec<Xy>> {
+    fn takes(&mut self, world: &World, step: Step) -> Option<Vec<Xyz>> {
         let here = vec![self.plant.tool];
         match step {
             Step::Jog(to) => {
-                self.guard.jog(at(to).in_plane(), world.feed()).ok()?;
+                self.guard.jog(place(to), world.feed()).ok()?;
                 self.send(to);
             }
+            Step::Rise(to) => {
+                let certified = self.guard.rise(height(to), world.feed()).ok()?;
+                self.send(plain_place(certified.target()));
+            }
             Step::Retract(to) => {
-                self.guard.retract(at(to).in_plane(), world.feed()).ok()?;
+                self.guard.retract(place(to), world.feed()).ok()?;
                 self.send(to);
             }
             Step::Contour => {
                 self.budget[0] -= 1;
-                let line = |pair: &[Xy]| Curve::Line(Segment { from: at(pair[0]), to: at(pair[1]) });
-                let motion = |pair: &[Xy]| ContourMotion::in_plane(line(pair), 300);
+                let motion = |pair: &[Xyz]| {
+                    let [from, to] = [place(pair[0]), place(pair[1])];
+                    ContourMotion {
+                        curve: Curve::Line(Segment { from: from.point, to: to.point }),
+                        heights: [from.height, to.height],
+                        feed_mm_min: 300,
+                    }
+                };
                 self.guard.begin_contour(world.contour.windows(2).map(motion).collect()).ok()?;
                 let certified = self.guard.certify_contour(usize::MAX).ok()?;
                 assert_eq!(certified, Certification::Done);
             }
             Step::Next => {
                 let to = self.guard.next_of_contour()?.target();
-                self.plant.wire.push_back(Sent::Line(plain(to.point)));
+                self.plant.wire.push_back(Sent::Line(plain_place(to)));
             }
             Step::Query => {
                 self.budget[1] -= 1;
@@ -291,7 +324,7 @@ impl Node {
         Some(here)
     }
 
-    fn send(&mut self, to: Xy) {
+    fn send(&mut self, to: Xyz) {
         self.budget[0] -= 1;
         self.plant.wire.push_back(Sent::Line(to));
     }
@@ -314,7 +347,7 @@ impl Node {
                 let StatusReport { place, in_position, queued, waiting, doubled } = report;
                 if let Some(stamp) = self.queries.pop_front() {
                     let feedback = PositionFeedback {
-                        position: at(place).in_plane(),
+                        position: square::place(place),
                         in_position,
                         queued: Some(queued),
                         waiting,
@@ -328,58 +361,70 @@ impl Node {
     }
 
     /// The condition that this state violates, after the tool moved along `way`.
-    fn fault(&self, world: &World, part: &ProhibitedRegion, way: &[Xy]) -> Option<String> {
+    fn fault(&self, world: &World, levels: &Levels, way: &[Xyz]) -> Option<String> {
         if self.ended && world.trouble == Trouble::default() {
             return Some("the session ended in a world without faults".into());
         }
         for pair in way.windows(2) {
-            let motion = Segment { from: at(pair[0]), to: at(pair[1]) };
+            let [from, to] = [place(pair[0]), place(pair[1])];
+            let part = levels.at(from.height.min(to.height));
+            let motion = Segment { from: from.point, to: to.point };
             if self.inside {
-                if approaches(part, pair[0], pair[1]) {
+                if approaches(part, plain(from.point), plain(to.point)) {
                     return Some(format!("a retract move comes nearer to the part: {pair:?}"));
                 }
-            } else if !part.motion_clear(motion, length(world.kept())).is_clear() {
+            } else if !part.motion_clear(motion, length(world.kept())).is_clear() || part.holds(to.point) {
                 return Some(format!("the tool comes too near the part: {pair:?}"));
             }
         }
         if self.guard.contour_progress().is_some() {
             return self.off_the_contour();
         }
+        self.off_the_set(world, levels)
+    }
+
+    /// Whether the set is clear, and holds the tool and every target.
+    fn off_the_set(&self, world: &World, levels: &Levels) -> Option<String> {
         let set: Vec<Xy> = self.guard.in_flight().map(plain).collect();
-        if set.is_empty() {
-            return None;
-        }
+        let lowest = i64::from(self.guard.lowest()?.units());
         let stray = i64::from(self.guard.stray().units());
+        let part = levels.at(height(lowest - stray).lowered(self.guard.rules().heights.margin));
         if !self.inside && !certified(part, &set, world.drive.apart, stray) {
-            return Some(format!("the set is not clear: {set:?}"));
+            return Some(format!("the set is not clear: {set:?} at {lowest}"));
         }
         let outside = |p: Xy| if world.drive.apart { off_box(&set, p) } else { off_hull(&set, p) };
-        let tool = self.plant.tool;
-        let open =
-            part.motion_clear(Segment { from: at(tool), to: at(tool) }, length(MANUAL + 2 * RESOLUTION));
+        let (x, y, z) = self.plant.tool;
+        let (tool, part) = (at((x, y)), levels.at(height(z)));
+        let open = part.motion_clear(Segment { from: tool, to: tool }, length(MANUAL + 2 * RESOLUTION));
         let off = match world.drive.errs {
             false => 1,
             true if self.guard.in_position() && open.is_clear() => RESOLUTION,
             true => world.off() + 1,
         };
-        let off = off + stray;
-        if outside(tool) > off {
-            return Some(format!("the tool at {tool:?} is outside the set {set:?}"));
+        if outside((x, y)) > off + stray {
+            return Some(format!("the tool at {:?} is outside the set {set:?}", self.plant.tool));
         }
-        let other = self.plant.targets().find(|&to| outside(to) > 0);
-        other.map(|to| format!("the target {to:?} is outside the set {set:?}"))
+        let below = if world.drive.errs { RESOLUTION } else { 0 };
+        if z < lowest - below - stray {
+            return Some(format!("the tool at height {z} is below the lowest height {lowest}"));
+        }
+        let other = self.plant.targets().find(|&(x, y, z)| outside((x, y)) > 0 || z < lowest);
+        other.map(|to| format!("the target {to:?} is outside the set {set:?} at {lowest}"))
     }
 
     fn off_the_contour(&self) -> Option<String> {
-        let tool = self.plant.tool;
-        let on = self.guard.contour_left().iter().any(|ContourMotion { curve, .. }| {
-            let line = Segment { from: curve.from(), to: curve.to() };
-            let beside = !line.near_point(at(tool), length(RESOLUTION)).is_clear();
-            beside
-                || self.guard.rules().contours == Interpolation::Independent
-                    && Window::of(line.from).including(line.to).holds(at(tool))
+        let (x, y, z) = self.plant.tool;
+        let (point, z) = (at((x, y)), height(z));
+        let on = self.guard.contour_left().iter().any(|motion| {
+            let line = Segment { from: motion.curve.from(), to: motion.curve.to() };
+            let beside = !line.near_point(point, length(RESOLUTION)).is_clear();
+            let boxed = self.guard.rules().contours == Interpolation::Independent
+                && Window::of(line.from).including(line.to).holds(point);
+            let [low, high] = [motion.lowest(), motion.heights[0].max(motion.heights[1])];
+            let between = (low.lowered(length(RESOLUTION))..=high.raised(length(RESOLUTION))).contains(&z);
+            (beside || boxed) && between
         });
-        (!on).then(|| format!("the tool at {tool:?} is not on the contour"))
+        (!on).then(|| format!("the tool at {:?} is not on the contour", self.plant.tool))
     }
 }
 

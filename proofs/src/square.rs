@@ -1,14 +1,15 @@
-//! The part of all worlds, a square, and the invariant's checks on it and on the in-flight set.
+//! The part of all worlds, a square, and the invariant's checks on it and on the in-flight set. In worlds with
+//! three axes it is a plate with a top, beside a clamp, on a table.
 
 use std::sync::Arc;
 
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{ProhibitedRegion, Region, Ring, Segment, Side};
+use keepout_kernel::{Height, HeightField, Levels, Place, ProhibitedRegion, Region, Ring, Segment, Side};
 
 use crate::controller::{RESOLUTION, STRAY};
 use crate::families::{at, length};
 use crate::oracle::quick;
-use crate::properties::Xy;
+use crate::properties::{Xy, Xyz};
 
 /// Jogging clearance, lattice units.
 pub const MANUAL: i64 = 100;
@@ -17,24 +18,70 @@ pub const FINISHING: i64 = 96;
 /// Corners of the part, a square.
 pub const PART: [Xy; 4] = [(0, 0), (400, 0), (400, 400), (0, 400)];
 
-/// The part.
-///
-/// # Panics
-/// Never: a square is a region.
-#[must_use]
-pub fn part() -> Arc<ProhibitedRegion> {
-    grown(0)
-}
+/// Corners of the clamp beside the plate.
+const CLAMP: [Xy; 4] = [(900, 0), (1100, 0), (1100, 200), (900, 200)];
+/// Height of the clamp, lattice units.
+pub const CLAMP_TOP: i64 = 120;
+/// Height of the table.
+pub const TABLE: i64 = -200;
+/// Height margin: it contains the resolution.
+pub const HEIGHT_MARGIN: i64 = 5;
 
-/// The part, enlarged by `by` lattice units on each side: the simplified outline that jogging asks.
+/// The square without a top, enlarged by `by` lattice units on each side: the simplified outline that jogging
+/// asks.
 ///
 /// # Panics
 /// When the enlarged square leaves the lattice.
 #[must_use]
-pub fn grown(by: i64) -> Arc<ProhibitedRegion> {
+pub fn square(by: i64) -> Levels {
+    let region = Region::new(vec![ring(&PART, by)]).expect("one ring");
+    Levels::flat(Arc::new(ProhibitedRegion::new(region, Side::Outside).expect("small")))
+}
+
+/// The square as a plate with its top at height zero, a clamp and a table.
+///
+/// # Panics
+/// When the enlarged square leaves the lattice.
+#[must_use]
+pub fn plate(by: i64) -> Levels {
+    let field = HeightField {
+        outlines: Region::new(vec![ring(&PART, by)]).expect("one ring"),
+        tops: vec![Some(height(0))],
+        around: None,
+        zones: vec![(ring(&CLAMP, 0), height(CLAMP_TOP))],
+        floor: Some(height(TABLE)),
+    };
+    Levels::new(&field).expect("few tops")
+}
+
+fn ring(corners: &[Xy], by: i64) -> Ring {
     let out = |c: i64| if c > 0 { c + by } else { c - by };
-    let ring = Ring::new(PART.iter().map(|&(x, y)| at((out(x), out(y)))).collect()).expect("a square");
-    Arc::new(ProhibitedRegion::new(Region::new(vec![ring]).expect("one ring"), Side::Outside).expect("small"))
+    Ring::new(corners.iter().map(|&(x, y)| at((out(x), out(y)))).collect()).expect("a square")
+}
+
+/// A height on the lattice.
+///
+/// # Panics
+/// When it is off the lattice.
+#[must_use]
+pub fn height(units: i64) -> Height {
+    Height::from_units(units).expect("it is small")
+}
+
+/// A place on the lattice.
+///
+/// # Panics
+/// When it is off the lattice.
+#[must_use]
+pub fn place((x, y, z): Xyz) -> Place {
+    at((x, y)).at_height(height(z))
+}
+
+/// The place as plain numbers.
+#[must_use]
+pub fn plain_place(place: Place) -> Xyz {
+    let (x, y) = plain(place.point);
+    (x, y, place.height.units().into())
 }
 
 /// The point as plain numbers.
@@ -54,7 +101,12 @@ pub fn certified(part: &ProhibitedRegion, set: &[Xy], apart: bool, stray: i64) -
     }
     let ways = set.iter().enumerate().flat_map(|(i, &a)| set[i..].iter().map(move |&b| (a, b)));
     let mut ways = ways.map(|(a, b)| Segment { from: at(a), to: at(b) });
-    ways.all(|way| part.motion_clear(way, kept).is_clear()) && off_hull(set, PART[0]) > 0
+    // A hull that no edge crosses is beside each outline, or around all of it.
+    let rings = part.region().rings().iter().chain(part.zones());
+    let mut corners = rings.filter_map(|ring| ring.vertices().first());
+    ways.all(|way| part.motion_clear(way, kept).is_clear())
+        && corners.all(|&corner| off_hull(set, plain(corner)) > 0)
+        && !part.holds(at(set[0]))
 }
 
 /// Whether the motion comes nearer to an edge than it begins, by more than a unit, and within the jogging

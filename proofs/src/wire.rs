@@ -1,12 +1,12 @@
 //! Messages between the host and the controller model.
 
-use crate::properties::Xy;
+use crate::properties::Xyz;
 
 /// A message to the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Sent {
     /// A motion.
-    Line(Xy),
+    Line(Xyz),
     /// A status query.
     Query,
     /// Stop, and discard planned motions.
@@ -28,7 +28,7 @@ pub enum HostMessage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct StatusReport {
     /// Position of the tool.
-    pub place: Xy,
+    pub place: Xyz,
     /// The machine is at rest.
     pub in_position: bool,
     /// Blocks in the planner.

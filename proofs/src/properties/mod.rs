@@ -6,6 +6,8 @@ pub mod arcs;
 pub mod dialects;
 #[cfg(feature = "guard")]
 pub mod guard;
+#[cfg(feature = "guard")]
+pub mod heights;
 pub mod index;
 pub mod lattice;
 pub mod levels;
@@ -34,6 +36,8 @@ pub fn all() -> Vec<&'static Property> {
         #[cfg(feature = "guard")]
         guard::ALL,
         #[cfg(feature = "guard")]
+        heights::ALL,
+        #[cfg(feature = "guard")]
         dialects::ALL,
     ];
     groups.iter().copied().flatten().collect()
@@ -41,6 +45,9 @@ pub fn all() -> Vec<&'static Property> {
 
 /// Coordinates of a point as plain numbers.
 pub type Xy = (i64, i64);
+
+/// Coordinates of a place as plain numbers: a point and a height.
+pub type Xyz = (i64, i64, i64);
 
 /// Makes points at a width from plain numbers.
 pub trait FromPlain: Lattice<Linear: Ord> {

@@ -1,32 +1,41 @@
 //! The worlds that the exploration visits, with their bounds.
 
+mod heights;
+
 use crate::controller::{MotionModel, Trouble};
 use crate::invariant::World;
-use crate::properties::Xy;
+use crate::properties::Xyz;
 
 /// Largest number of explored states per world. Every world has fewer, so its exploration is complete.
 pub const STATES: usize = 4_000_000;
 
 /// Points south, west and north of the part. A straight motion between two neighbours is clear. From south
 /// to north it is not.
-const SOUTH: Xy = (200, -600);
-const WEST: Xy = (-600, 200);
-const NORTH: Xy = (200, 1000);
+const SOUTH: Xyz = (200, -600, 0);
+const WEST: Xyz = (-600, 200, 0);
+const NORTH: Xyz = (200, 1000, 0);
 /// Targets from the south. A cancel is clear on the way to the first two, and not on the way to the third.
-const BESIDE: &[Xy] = &[(-600, -600), (900, -700), (-160, 200)];
+const BESIDE: &[Xyz] = &[(-600, -600, 0), (900, -700, 0), (-160, 200, 0)];
 /// Halfway from south to west, so that motions lead back over each other.
-const MIDDLE: Xy = (-200, -200);
+const MIDDLE: Xyz = (-200, -200, 0);
 /// Inside the jogging clearance, by less than the margin.
-const NEAR: Xy = (-97, 200);
+const NEAR: Xyz = (-97, 200, 0);
 /// The nearest point outside the jogging clearance.
-const CLEAR: Xy = (-101, 200);
+const CLEAR: Xyz = (-101, 200, 0);
 /// Targets that lead out and back.
-const BACK: &[Xy] = &[WEST, MIDDLE];
-const ACROSS: &[Xy] = &[SOUTH, WEST, NORTH];
-const AROUND: &[Xy] = &[SOUTH, WEST, NORTH, MIDDLE];
+const BACK: &[Xyz] = &[WEST, MIDDLE];
+const ACROSS: &[Xyz] = &[SOUTH, WEST, NORTH];
+const AROUND: &[Xyz] = &[SOUTH, WEST, NORTH, MIDDLE];
 
-const STRAIGHT: MotionModel =
-    MotionModel { apart: false, flushes: false, cancels: true, strays: false, errs: false, halves: 1 };
+const STRAIGHT: MotionModel = MotionModel {
+    apart: false,
+    flushes: false,
+    cancels: true,
+    strays: false,
+    errs: false,
+    halves: 1,
+    climbs: false,
+};
 const ERRING: MotionModel = MotionModel { errs: true, ..STRAIGHT };
 const QUIET: Trouble =
     Trouble { lost: 0, doubled: 0, swapped: 0, lies: 0, refused: 0, resets: 0, holds: 0, jumps: 0 };
@@ -36,6 +45,7 @@ const JOGS: World = World {
     name: "delays and cancels",
     start: SOUTH,
     targets: AROUND,
+    rises: &[],
     contour: &[],
     budget: [3, 3, 1, 0],
     open: 2,
@@ -48,9 +58,10 @@ const JOGS: World = World {
 /// A contour along the part. A tool that skips one of its corners cuts through the part.
 const CONTOUR: World = World {
     name: "contour",
-    start: (-108, -108),
+    start: (-108, -108, 0),
     targets: &[],
-    contour: &[(-108, -108), (-108, 508), (508, 508), (600, 508)],
+    rises: &[],
+    contour: &[(-108, -108, 0), (-108, 508, 0), (508, 508, 0), (600, 508, 0)],
     budget: [1, 3, 0, 0],
     open: 2,
     trouble: QUIET,
@@ -62,7 +73,7 @@ const CONTOUR: World = World {
 /// All worlds.
 #[must_use]
 pub fn all() -> Vec<World> {
-    [lines(), times(), machines(), errors(), contours()].concat()
+    [lines(), times(), machines(), errors(), contours(), heights::all()].concat()
 }
 
 fn with(name: &'static str, budget: [u8; 4], trouble: Trouble) -> World {
@@ -112,7 +123,7 @@ fn times() -> Vec<World> {
         },
         World { targets: &[WEST, NORTH, MIDDLE], ..with("time and cancels", [2, 4, 1, 2], QUIET) },
         World {
-            targets: &[(-600, -600), WEST],
+            targets: &[(-600, -600, 0), WEST],
             checked: true,
             ..with("a clock that jumps, no motion leading back", [2, 3, 0, 0], Trouble { jumps: 1, ..QUIET })
         },
@@ -146,7 +157,7 @@ fn machines() -> Vec<World> {
         },
         World {
             drive: MotionModel { apart: true, ..STRAIGHT },
-            targets: &[SOUTH, (-600, -600), WEST, (-600, 1000)],
+            targets: &[SOUTH, (-600, -600, 0), WEST, (-600, 1000, 0)],
             ..with("axes that run apart", [3, 4, 1, 0], QUIET)
         },
         World {
@@ -175,15 +186,15 @@ fn machines() -> Vec<World> {
         },
         World { targets: &[NEAR, CLEAR, WEST], ..with("targets at the threshold", [2, 3, 1, 0], QUIET) },
         World {
-            start: (-60, 200),
-            targets: &[(-300, 200), (-60, 600), (-97, -40), WEST],
+            start: (-60, 200, 0),
+            targets: &[(-300, 200, 0), (-60, 600, 0), (-97, -40, 0), WEST],
             ..with("ways out", [2, 4, 1, 0], QUIET)
         },
         // At this start only the simplified outline is too near.
         World {
-            start: (-104, 200),
+            start: (-104, 200, 0),
             coarser: 8,
-            targets: &[(-108, 200), (-109, 200), (-104, 600), WEST],
+            targets: &[(-108, 200, 0), (-109, 200, 0), (-104, 600, 0), WEST],
             ..with("ways out of a coarser part", [2, 4, 1, 0], QUIET)
         },
     ]
@@ -219,7 +230,7 @@ fn contours() -> Vec<World> {
         },
         World {
             name: "contour through the part",
-            contour: &[(-108, -108), (508, 508), (600, 508)],
+            contour: &[(-108, -108, 0), (508, 508, 0), (600, 508, 0)],
             ..CONTOUR
         },
     ]
