@@ -144,6 +144,7 @@ impl Play {
             feed_mm_min: 900,
             home: start / 7 % 2 == 1,
             travel: place.travel,
+            heights: place.heights(),
             answer_within: Duration::from_secs(5),
             baud: 115_200,
             progress: Progress::default(),

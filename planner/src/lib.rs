@@ -20,6 +20,7 @@
 pub mod align;
 mod chord;
 pub mod contour;
+pub mod depth;
 pub mod drawing;
 pub mod file;
 pub mod finish;

@@ -9,6 +9,7 @@ use keepout_kernel::Length;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::depth::HeightTermKind;
 use crate::machine::MachineProfile;
 use crate::text_file::shown;
 use crate::units::{length_up_from_mm, mm};
@@ -130,6 +131,21 @@ pub enum MarginError {
     NoLength {
         /// The requested margin, mm.
         asked: f64,
+    },
+    /// The error of the tool's length is out of range.
+    #[error("--tool-length-error-mm {asked} is out of range. Give a length from 0 to 10 mm.")]
+    ToolLength {
+        /// The requested error, mm.
+        asked: f64,
+    },
+    /// A plan's height margin does not fit its machine.
+    #[error(
+        "the height margin's term \"{}\" does not fit the plan's machine: make the plan again from the drawing",
+        kind.name()
+    )]
+    ForeignHeight {
+        /// The term.
+        kind: HeightTermKind,
     },
     /// A plan's margin does not fit its machine.
     #[error(

@@ -3,9 +3,10 @@
 use keepout_kernel::LatticeError;
 use thiserror::Error;
 
+use crate::depth::DepthError;
 use crate::finish::{FinishError, PathRefusal};
 use crate::margin::MarginError;
-use crate::plan::{FEEDS_MM_MIN, PASSES_MAX, TOOL_MAX_MM, TOOL_MIN_MM};
+use crate::plan::{DEPTHS_MAX, FEEDS_MM_MIN, PASSES_MAX, TOOL_MAX_MM, TOOL_MIN_MM};
 use crate::profile::ProfileError;
 
 /// Reason why planning fails, or why a plan is refused.
@@ -63,6 +64,18 @@ pub enum PlanError {
     Feed {
         /// The feed.
         mm_min: u32,
+    },
+    /// The heights of the job fail.
+    #[error(transparent)]
+    Depth(#[from] DepthError),
+    /// The depths of the passes are not those that the part needs.
+    #[error("the plan does not cut every wall over its whole height. Make the plan again from the drawing.")]
+    Depths,
+    /// The plan has too many depths.
+    #[error("{count} depth passes: a plan has at most {DEPTHS_MAX}. Raise --step-down-mm.")]
+    DepthCount {
+        /// Number of depths.
+        count: usize,
     },
     /// The number of finishing passes is out of range.
     #[error("{count} finishing passes: a plan has at least one and at most {PASSES_MAX}")]

@@ -13,7 +13,7 @@ use crate::sha256::hash;
 
 const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
 /// Format version of the files that this program writes. It reads no other version.
-pub const VERSION: u16 = 6;
+pub const VERSION: u16 = 7;
 const HEADER: usize = MAGIC.len() + 2 + 32;
 /// Largest size of a plan file, bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
@@ -126,6 +126,7 @@ fn checked(mut plan: Plan) -> Result<Plan, PlanFileError> {
     if plan.passes.is_empty() {
         return Err(PlanFileError::Contents("it has no finishing pass".into()));
     }
+    plan.share_paths();
     plan.machine = plan.machine.checked().map_err(|error| PlanFileError::Contents(error.to_string()))?;
     Ok(plan)
 }

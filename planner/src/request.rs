@@ -196,6 +196,7 @@ impl PlanRequest {
             profile: selected.profile,
             zones: self.zones(&file, &mut remarks)?,
             travel: self.travel(&file, &mut remarks)?,
+            layers: selected.layers,
         };
         for remark in &mut remarks {
             remark.text = shown(&remark.text);

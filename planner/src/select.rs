@@ -47,6 +47,8 @@ pub struct Selected {
     pub profile: Profile,
     /// The number of each contour in the drawing, from 1.
     pub numbers: Vec<usize>,
+    /// The layer on which each contour begins.
+    pub layers: Vec<std::sync::Arc<str>>,
     /// Curves that are left out, as points, mm.
     pub left_out: Vec<Vec<Mm2>>,
 }
@@ -140,7 +142,7 @@ impl Selection {
         };
         let mut left_out = drawing.aside.clone();
         left_out.extend(of_chains(&chained.open));
-        let loops = chained.profile.loops;
+        let (loops, layers) = (chained.profile.loops, chained.layers);
         let outlines: Vec<ContourPolygon> = loops.iter().map(ContourPolygon::of).collect();
         let mut keep = self.pointed_at(&outlines, &chained.problems)?;
         let largest_mm2 = outlines.iter().map(|outline| outline.area_mm2).fold(0.0, f64::max);
@@ -152,9 +154,11 @@ impl Selection {
         self.one_side_of_strokes(&outlines, &mut keep)?;
         let count = loops.len();
         let (mut numbers, mut kept, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
+        let mut kept_layers = Vec::new();
         for (index, (each, outline)) in loops.into_iter().zip(outlines).enumerate() {
             if keep[index] {
                 numbers.push(index + 1);
+                kept_layers.extend(layers.get(index).cloned());
                 kept.push(each);
                 polygons.push(outline);
             } else {
@@ -177,7 +181,7 @@ impl Selection {
             .filter(SizeQuestion::is_problem)
             .map_or(Ok(()), Err)?;
         let left_out = left_out.into_iter().map(|curve| curve.points).collect();
-        Ok(Selected { profile: Profile { loops: kept }, numbers, left_out })
+        Ok(Selected { profile: Profile { loops: kept }, numbers, layers: kept_layers, left_out })
     }
 
     /// Drops one contour of each stroke.

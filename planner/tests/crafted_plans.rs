@@ -87,11 +87,11 @@ fn missing_loop_in_a_hole_of_many_short_edges_is_refused() {
         let small =
             |each: &FinishingLoop| each.curves.iter().all(|curve| curve.from().x.units().abs() < 1_000_000);
         let before = wrong.finish().loops.len();
-        wrong.passes[0].path.loops.retain(|each| !small(each));
+        wrong.passes[0].path_mut().loops.retain(|each| !small(each));
         assert_eq!(wrong.finish().loops.len() + 1, before);
         assert!(matches!(refusal(&wrong), PathRefusal::Incomplete(_)), "{radius} {count}");
         let mut none = make(vec![round(radius, count)], MachinedSide::Inside, 6.0).unwrap().plan;
-        none.passes[0].path.loops.clear();
+        none.passes[0].path_mut().loops.clear();
         assert!(matches!(refusal(&none), PathRefusal::Incomplete(_)), "{radius} {count}, no path at all");
     }
 }
@@ -106,7 +106,7 @@ fn path_too_far_from_the_wall_of_such_a_hole_is_refused() {
             let share = 1.0 - inward / x.hypot(y);
             keepout_kernel::curve::nearest_point(Vec2::new(x * share, y * share)).unwrap()
         };
-        let each = &mut wrong.passes[0].path.loops[0];
+        let each = &mut wrong.passes[0].path_mut().loops[0];
         let corners: Vec<Point> = each.curves.iter().map(|curve| moved(curve.from())).collect();
         let ends = corners.iter().zip(corners.iter().cycle().skip(1));
         each.curves = ends.map(|(&from, &to)| Curve::Line(Segment { from, to })).collect();
@@ -125,7 +125,7 @@ fn missing_path_around_a_serrated_disc_is_refused() {
     };
     let corners: Vec<Point> = (0..2 * teeth).map(corner).collect();
     let mut wrong = make(vec![polygon(&corners, 0)], MachinedSide::Outside, 1.0).unwrap().plan;
-    wrong.passes[0].path.loops.clear();
+    wrong.passes[0].path_mut().loops.clear();
     assert!(matches!(refusal(&wrong), PathRefusal::Incomplete(_)));
 }
 
@@ -211,7 +211,7 @@ fn paths_along_hollows_with_a_coarse_bound_are_complete() {
 fn empty_loops_and_too_many_passes_are_refused() {
     let good = make(vec![square()], MachinedSide::Outside, 6.0).unwrap().plan;
     let mut wrong = good.clone();
-    wrong.passes[0].path.loops.push(FinishingLoop { curves: Vec::new(), component: 0 });
+    wrong.passes[0].path_mut().loops.push(FinishingLoop { curves: Vec::new(), component: 0 });
     assert!(matches!(refusal(&wrong), PathRefusal::OpenLoop { number: 2 }));
     let mut wrong = good;
     wrong.passes = vec![wrong.passes[0].clone(); PASSES_MAX + 1];

@@ -47,7 +47,7 @@ fn loop_moved_by_two_micrometres_is_refused() {
         for index in 0..good.finish().loops.len() {
             for (dx, dy) in [(200, 0), (-200, 0), (0, 200), (0, -200)] {
                 let mut wrong = good.clone();
-                let each = &mut wrong.passes[0].path.loops[index];
+                let each = &mut wrong.passes[0].path_mut().loops[index];
                 each.curves = each.curves.iter().map(|curve| moved(curve, Vector { dx, dy })).collect();
                 let refusal = refusal(wrong);
                 let named = matches!(&refusal, PathRefusal::Gouge { number, .. } if *number == index + 1);
@@ -73,7 +73,7 @@ fn impossible_rest_material_figures_are_refused() {
         (0.0, 1.0, -1.0),
     ] {
         let mut wrong = good.clone();
-        let path = &mut wrong.passes[0].path;
+        let path = wrong.passes[0].path_mut();
         path.residual_length_mm = residual;
         path.profile_length_mm *= length;
         path.residual_area_mm2 = Some(area);
@@ -90,12 +90,12 @@ fn reversed_misplaced_or_added_loops_are_refused() {
         let good = plan(side).plan;
         for index in 0..good.finish().loops.len() {
             let mut wrong = good.clone();
-            let each = &mut wrong.passes[0].path.loops[index];
+            let each = &mut wrong.passes[0].path_mut().loops[index];
             each.curves = each.curves.iter().rev().map(|curve| curve.reversed().expect("turned")).collect();
             let refusal = refusal(wrong);
             assert!(matches!(refusal, PathRefusal::WrongWay { number } if number == index + 1), "{refusal}");
             let mut wrong = good.clone();
-            wrong.passes[0].path.loops[index].component += 7;
+            wrong.passes[0].path_mut().loops[index].component += 7;
             let refusal = self::refusal(wrong);
             assert!(
                 matches!(refusal, PathRefusal::WrongSpace { number, .. } if number == index + 1),
@@ -104,7 +104,7 @@ fn reversed_misplaced_or_added_loops_are_refused() {
         }
     }
     let mut wrong = plan(MachinedSide::Outside).plan;
-    let loops = &mut wrong.passes[0].path.loops;
+    let loops = &mut wrong.passes[0].path_mut().loops;
     let far = Vector { dx: -20_000_000, dy: 0 };
     let away = loops[0].curves.iter().map(|curve| moved(curve, far)).collect();
     loops.push(FinishingLoop { curves: away, component: 0 });
@@ -121,7 +121,7 @@ fn added_triangle_around_the_path_is_refused() {
     let request = PlanRequest { job, ..PlanRequest::default() };
     let mut wrong =
         request.plan("circle", circle, &MachineProfile::simulated(), &mut |_| {}).expect("a circle").plan;
-    let loops = &mut wrong.passes[0].path.loops;
+    let loops = &mut wrong.passes[0].path_mut().loops;
     let start = loops[0].curves[0].from();
     let radius = f64::from(start.x.units()).hypot(f64::from(start.y.units())) + 2.0;
     let corner = |third: u32| {
@@ -193,7 +193,7 @@ fn missing_loop_is_refused_with_its_place() {
         let good = plan(side).plan;
         for index in 0..good.finish().loops.len() {
             let mut wrong = good.clone();
-            let gone = wrong.passes[0].path.loops.remove(index);
+            let gone = wrong.passes[0].path_mut().loops.remove(index);
             let PathRefusal::Incomplete(missing) = refusal(wrong) else { panic!("a loop is missing") };
             let nearest = gone
                 .curves
@@ -223,7 +223,7 @@ fn arc_replaced_by_its_chord_is_refused() {
                     continue;
                 }
                 let mut wrong = good.clone();
-                wrong.passes[0].path.loops[index].curves[k] = Curve::Line(chord);
+                wrong.passes[0].path_mut().loops[index].curves[k] = Curve::Line(chord);
                 match refusal(wrong) {
                     PathRefusal::Gouge { number, gouge } => {
                         assert_eq!((number, gouge.index), (index + 1, k));
@@ -241,7 +241,7 @@ fn arc_replaced_by_its_chord_is_refused() {
 #[test]
 fn open_loop_is_refused() {
     let mut wrong = plan(MachinedSide::Outside).plan;
-    wrong.passes[0].path.loops[0].curves.pop();
+    wrong.passes[0].path_mut().loops[0].curves.pop();
     assert!(matches!(refusal(wrong), PathRefusal::OpenLoop { number: 1 }));
 }
 

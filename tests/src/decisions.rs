@@ -66,6 +66,7 @@ impl Decisions {
             feed_mm_min: 6000,
             home: false,
             travel: place.travel,
+            heights: place.heights(),
             answer_within: Duration::from_secs(5),
             baud: 115_200,
             progress: Progress::default(),

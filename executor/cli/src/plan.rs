@@ -226,6 +226,7 @@ fn apply_choices(
         margin_mm: arguments.margin_mm,
         passes: arguments.pass.clone(),
         cut: arguments.cut.map_or(Cut::default(), Into::into),
+        depth: None,
     };
 }
 

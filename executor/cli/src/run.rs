@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime};
 
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::DriveProfile;
-use keepout_executor::dialect::{DialectConfig, DialectName};
+use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
@@ -299,11 +299,12 @@ fn on_port(
         feed_mm_min: arguments.feed_mm_min(),
         home: arguments.home,
         travel: place.travel,
+        heights: place.heights(),
         answer_within: answer_within(arguments)?,
         baud: arguments.baud(),
         progress,
     };
-    let config = DialectConfig::of(&machine, place.offset);
+    let config = place.config(&machine);
     let session_setup = SessionSetup { work, options, dialect: dialect_name, config };
     let on = format!("{} on {name}, {} baud", machine.name, arguments.baud());
     let recording = Recording {

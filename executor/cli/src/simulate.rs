@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::Args;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::place_on_table;
-use keepout_kernel::{Height, Levels};
+use keepout_kernel::Height;
 use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_sim::monitor::CollisionMonitor;
@@ -126,8 +126,8 @@ fn monitor(
     let Some(path) = &arguments.monitor else { return Ok(None) };
     let plan = load(path, arguments.time)?;
     let place = place_on_table(&plan, machine, arguments.origin_mm)?;
-    let levels = Arc::new(Levels::flat(Arc::new(plan.part)));
-    Ok(Some(CollisionMonitor::new(levels, plan.plan.tool_radius, (place.offset, Height::ZERO))))
+    let zero = place.z.map_or(Height::ZERO, |z| z.zero);
+    Ok(Some(CollisionMonitor::new(plan.levels, plan.plan.tool_radius, (place.offset, zero))))
 }
 
 fn verdict(monitor: &CollisionMonitor) -> ExitCode {

@@ -135,6 +135,7 @@ fn jogged(
         feed_mm_min: 100,
         home,
         travel: Window::of(corner).including(zero),
+        heights: None,
         answer_within: Duration::from_secs(5),
         baud: *baud,
         progress: keepout_planner::job::Progress::default(),

@@ -162,14 +162,13 @@ impl Scene {
             feed_mm_min: run.feed_mm_min,
             home: start.is_none(),
             travel: place.travel,
+            heights: place.heights(),
             answer_within: Duration::from_secs(5) + run.latency * 4,
             baud: run.baud,
             progress: run.progress.clone(),
         };
-        let config = DialectConfig {
-            travel_mm: Some(run.machine.travel_mm),
-            ..DialectConfig::of(&plan.plan.machine, place.offset)
-        };
+        let config =
+            DialectConfig { travel_mm: Some(run.machine.travel_mm), ..place.config(&plan.plan.machine) };
         let setup = SessionSetup { work, options, dialect: run.dialect.clone(), config };
         Ok(Self { setup, sim })
     }

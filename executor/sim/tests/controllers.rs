@@ -59,6 +59,7 @@ fn setup(home: bool) -> SessionSetup {
         feed_mm_min: 600,
         home,
         travel: place.travel,
+        heights: place.heights(),
         answer_within: Duration::from_secs(3),
         baud: 115_200,
         progress: Progress::default(),

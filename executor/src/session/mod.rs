@@ -23,7 +23,7 @@ pub use coverage::{Coverage, coverage};
 pub use engine::Engine;
 pub use event_log::{Certificate, EventLog, EventLogError, LoggedEvent, NoEventLog};
 pub use log_page::{page_of_log, picture_of_log};
-pub use place::{PlaceError, TablePlacement, place_on_table, start_inside};
+pub use place::{PlaceError, PlacedZ, TablePlacement, place_on_table, start_inside};
 pub use report::{RunFacts, html, picture_of_run};
 pub use run::{Going, Reopen, Session, nearest_wall};
 pub use sample::{Sample, SampleKind};

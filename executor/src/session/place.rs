@@ -1,12 +1,14 @@
 //! The place of the drawing on the machine, and the start place of the tool.
 
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Length, Point, Vector};
-use keepout_planner::machine::MachineProfile;
+use keepout_kernel::{Height, Length, Point, Vector};
+use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, point_mm, window_mm};
+use keepout_planner::units::{height_from_mm, length_up_from_mm, mm, point_from_mm, point_mm, window_mm};
 use keepout_planner::{Box2, Mm2};
 use thiserror::Error;
+
+use crate::dialect::{DialectConfig, DialectZ};
 
 /// The place of a drawing on a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +17,35 @@ pub struct TablePlacement {
     pub offset: Vector,
     /// The machine's travel, drawing coordinates.
     pub travel: Window,
+    /// The third axis. `None` for a plan for two axes.
+    pub z: Option<PlacedZ>,
+}
+
+/// The place of a drawing along the third axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlacedZ {
+    /// The machine's height where the drawing's height is zero.
+    pub zero: Height,
+    /// The lowest and the greatest height of the travel, drawing coordinates.
+    pub travel: [Height; 2],
+}
+
+impl TablePlacement {
+    /// The lowest and the greatest height of the travel, drawing coordinates.
+    #[must_use]
+    pub fn heights(&self) -> Option<[Height; 2]> {
+        self.z.map(|z| z.travel)
+    }
+
+    /// The dialect's parameters for a plan's machine.
+    #[must_use]
+    pub fn config(&self, machine: &MachineProfile) -> DialectConfig {
+        let axis = |z: PlacedZ| {
+            let ZProfile { steps_per_mm, travel_mm, .. } = *machine.z.as_ref()?;
+            Some(DialectZ { zero: z.zero, steps_per_mm, travel_mm: Some(travel_mm) })
+        };
+        DialectConfig { z: self.z.and_then(axis), ..DialectConfig::of(machine, self.offset) }
+    }
 }
 
 /// An error in the placement of a drawing.
@@ -36,6 +67,25 @@ pub enum PlaceError {
         has_x: f64,
         /// Travel in y, mm.
         has_y: f64,
+    },
+    /// The third axis is too short.
+    #[error(
+        "the job needs {needed_mm:.1} mm of travel in z, {machine} has {has_mm:.1} mm: \
+         lower --safe-height-mm, or use a longer axis"
+    )]
+    TooTall {
+        /// Travel needed, mm.
+        needed_mm: f64,
+        /// The machine.
+        machine: String,
+        /// Its travel in z, mm.
+        has_mm: f64,
+    },
+    /// The plan has depths, and the machine has two axes.
+    #[error("the plan has depths, and {machine} has two axes: use a machine profile with a [z] table")]
+    TwoAxes {
+        /// The machine.
+        machine: String,
     },
     /// The drawing lies beyond the travel.
     #[error(
@@ -114,7 +164,28 @@ pub fn place_on_table(
         let Box2 { low, high } = job;
         return Err(PlaceError::Misplaced { x: (-width - low.x, -high.x), y: (-height - low.y, -high.y) });
     }
-    Ok(TablePlacement { offset, travel })
+    Ok(TablePlacement { offset, travel, z: place_z(plan, machine)? })
+}
+
+/// Travel above the safe height, mm, as far as the axis has it.
+const ABOVE_SAFE_MM: f64 = 10.0;
+
+/// Places the job along the third axis, near the upper end of its travel, which is [−travel, 0].
+fn place_z(plan: &CertifiedPlan, machine: &MachineProfile) -> Result<Option<PlacedZ>, PlaceError> {
+    let Some(relief) = &plan.plan.relief else { return Ok(None) };
+    let Some(z) = &machine.z else { return Err(PlaceError::TwoAxes { machine: machine.name.clone() }) };
+    let (safe_mm, deepest_mm) = (mm(relief.safe.units()), mm(relief.deepest.units()));
+    let spare_mm = (z.travel_mm - (safe_mm - deepest_mm)) / 2.0;
+    if spare_mm < 0.0 {
+        let (needed_mm, has_mm) = (safe_mm - deepest_mm, z.travel_mm);
+        return Err(PlaceError::TooTall { needed_mm, machine: machine.name.clone(), has_mm });
+    }
+    let to_grid = |c: i32| i64::from(c.div_euclid(GRID) * GRID);
+    let top = height_from_mm(safe_mm + spare_mm.min(ABOVE_SAFE_MM))?;
+    let zero = Height::from_units(-to_grid(top.units()))?;
+    let highest = Height::from_units(-i64::from(zero.units()))?;
+    let lowest = highest.lowered(length_up_from_mm(z.travel_mm)?);
+    Ok(Some(PlacedZ { zero, travel: [lowest, highest] }))
 }
 
 /// The box of the finishing toolpath, grown by the stock to leave, because roughing goes around it too.

@@ -5,7 +5,7 @@ use keepout_planner::sha256;
 
 use super::engine::Engine;
 use super::event_log::EventLog;
-use super::log::Header;
+use super::log::{Header, HeaderZ};
 use super::port::Port;
 use super::run::Session;
 use crate::dialect::{DialectConfig, DialectName};
@@ -58,6 +58,11 @@ impl SessionSetup {
             offset: config.offset,
             travel_mm: config.travel_mm,
             travel: options.travel,
+            z: config.z.zip(options.heights).map(|(z, [lowest, highest])| HeaderZ {
+                zero: z.zero,
+                lowest,
+                highest,
+            }),
             feed_mm_min: options.feed_mm_min,
             home: options.home,
             answer_within_ms: u64::try_from(options.answer_within.as_millis()).unwrap_or(u64::MAX),

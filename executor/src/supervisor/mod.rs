@@ -119,7 +119,7 @@ impl Supervisor {
     pub fn new(work: PreparedPlan, options: Options, abilities: Abilities) -> Self {
         let plan = &work.plan;
         let machine = &plan.plan.machine;
-        let rules = rules(plan, options.travel, abilities);
+        let rules = rules(plan, (options.travel, options.heights), abilities);
         let limits = Limits::of(machine.max_rate_mm_s, machine.acceleration_mm_s2);
         Self {
             guard: Guard::new(Arc::clone(&work.levels), Arc::clone(&work.simplified), rules),

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use keepout_kernel::Height;
 use keepout_kernel::exact::segment::Window;
 use keepout_planner::job::Progress;
 
@@ -14,6 +15,9 @@ pub struct Options {
     pub home: bool,
     /// The machine's travel, drawing coordinates.
     pub travel: Window,
+    /// The lowest and the greatest height of the third axis, drawing coordinates. `None` for a session with two
+    /// axes.
+    pub heights: Option<[Height; 2]>,
     /// Longest permitted silence of the controller.
     pub answer_within: Duration,
     /// Baud rate of the line.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use keepout_guard::{HeightRules, Rules};
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Length, Levels};
+use keepout_kernel::{Height, Length, Levels};
 use keepout_planner::margin::TermKind;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::length_up_from_mm;
@@ -33,7 +33,7 @@ impl PreparedPlan {
     pub fn new(plan: CertifiedPlan) -> Self {
         let tolerance = (i64::from(plan.plan.stock_to_leave.units()) / COARSE_SHARE).min(COARSE_MAX);
         let tolerance = Length::from_units(tolerance).unwrap_or(Length::ZERO);
-        let levels = Arc::new(Levels::flat(Arc::new(plan.part.clone())));
+        let levels = Arc::clone(&plan.levels);
         let thresholds = [plan.roughing, standing_off(plan.roughing)];
         let simplified = levels.simplified(tolerance);
         let simplified = simplified.as_ref().unwrap_or(&levels).prepared(&thresholds);
@@ -54,8 +54,13 @@ impl PreparedPlan {
 }
 
 /// The rules of the guard for this plan.
-pub(super) fn rules(plan: &CertifiedPlan, travel: Window, abilities: Abilities) -> Rules {
+pub(super) fn rules(
+    plan: &CertifiedPlan,
+    (travel, heights): (Window, Option<[Height; 2]>),
+    abilities: Abilities,
+) -> Rules {
     let machine = &plan.plan.machine;
+    let heights = height_rules(plan, heights);
     // Two steps and a reserve. The controller has at least as many steps per mm as the profile states.
     let shortest = length_up_from_mm(2.2 / machine.steps_per_mm).unwrap_or(Length::small(u8::MAX));
     Rules {
@@ -68,7 +73,23 @@ pub(super) fn rules(plan: &CertifiedPlan, travel: Window, abilities: Abilities) 
         on_cancel: abilities.on_cancel,
         contours: abilities.contours,
         checked: abilities.checked,
-        heights: HeightRules::TWO_AXES,
+        heights,
+    }
+}
+
+/// The rules of the third axis, whose travel runs from one height to the other. A plan or a session for two axes
+/// keeps the tool at height zero.
+fn height_rules(plan: &CertifiedPlan, travel: Option<[Height; 2]>) -> HeightRules {
+    let machine = plan.plan.machine.z.as_ref();
+    let (Some(relief), Some(z), Some([lowest, highest])) = (&plan.plan.relief, machine, travel) else {
+        return HeightRules::TWO_AXES;
+    };
+    HeightRules {
+        lowest,
+        highest,
+        margin: plan.height_margin,
+        resolution: relief.budget.resolution().unwrap_or(plan.height_margin),
+        shortest: length_up_from_mm(2.2 / z.steps_per_mm).unwrap_or(Length::small(u8::MAX)),
     }
 }
 
@@ -116,7 +137,7 @@ mod tests {
             let plan = order.plan("bracket", bytes, &machine, &mut |_| {}).unwrap();
             let travel = Window::of(Point::ORIGIN);
             let [arcs, chords] =
-                [true, false].map(|arcs| rules(&plan, travel, Abilities { arcs, ..ABILITIES }));
+                [true, false].map(|arcs| rules(&plan, (travel, None), Abilities { arcs, ..ABILITIES }));
             let radius = order.job.tool_diameter_mm / 2.0;
             let terms = &plan.plan.budget.terms;
             let sum: f64 = terms.iter().map(|term| term.mm).sum();

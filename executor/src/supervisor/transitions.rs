@@ -124,6 +124,7 @@ fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {
         feed_mm_min: 900,
         home: false,
         travel,
+        heights: None,
         answer_within: Duration::from_secs(5),
         baud: 115_200,
         progress: Progress::default(),

@@ -73,7 +73,7 @@ const CONTOUR: World = World {
 /// All worlds.
 #[must_use]
 pub fn all() -> Vec<World> {
-    [lines(), times(), machines(), errors(), contours(), heights::all()].concat()
+    [heights::all(), lines(), times(), machines(), errors(), contours()].concat()
 }
 
 fn with(name: &'static str, budget: [u8; 4], trouble: Trouble) -> World {

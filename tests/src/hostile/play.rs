@@ -207,6 +207,7 @@ fn options(world: &HostileWorld, spec: &Spec, random: &mut Rng) -> Options {
         feed_mm_min: [300, 900, 3000][random.usize(0..3)],
         home: false,
         travel: world.place.travel,
+        heights: world.place.heights(),
         // Where one thing is asked at a time a report takes two exchanges, behind up to three that stop.
         answer_within: Duration::from_secs(5) + spec.latency * 10,
         baud: spec.baud,
@@ -337,7 +338,7 @@ fn move_corner(curves: &mut [Curve], index: usize, random: &mut Rng) {
 }
 
 fn config(world: &HostileWorld) -> DialectConfig {
-    DialectConfig::of(&world.machine, world.place.offset)
+    world.place.config(&world.machine)
 }
 
 fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm2, abilities: Abilities) -> SimMachine {

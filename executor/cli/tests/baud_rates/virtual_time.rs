@@ -27,6 +27,7 @@ pub fn session(job: &Job, case: Case) -> Result<Log, String> {
         feed_mm_min: FEED_MM_MIN,
         home: true,
         travel: place.travel,
+        heights: place.heights(),
         answer_within: Duration::from_secs(5),
         baud: case.baud,
         progress: Progress::default(),

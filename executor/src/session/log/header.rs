@@ -1,9 +1,11 @@
 //! The first line of a log: the set-up of its session.
 
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Point, Vector};
+use keepout_kernel::{Height, Point, Vector};
 use keepout_planner::job::Progress;
 use serde::{Deserialize, Serialize};
+
+use crate::session::place::PlacedZ;
 
 /// The log version that this program writes, and the only one that it reads.
 pub const VERSION: u32 = 3;
@@ -37,6 +39,9 @@ pub struct Header {
     /// The soft limit of the session within that travel, drawing coordinates.
     #[serde(with = "keepout_planner::stored")]
     pub travel: Window,
+    /// The third axis. `None` for a session with two axes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<HeaderZ>,
     /// Feed of the contour, mm/min.
     pub feed_mm_min: u32,
     /// Whether the session begins with homing.
@@ -53,6 +58,29 @@ pub struct Header {
     pub setting: String,
 }
 
+/// The third axis of a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeaderZ {
+    /// The machine's height where the drawing's height is zero.
+    #[serde(with = "keepout_planner::stored")]
+    pub zero: Height,
+    /// The lowest height of the travel, drawing coordinates.
+    #[serde(with = "keepout_planner::stored")]
+    pub lowest: Height,
+    /// The greatest height of the travel.
+    #[serde(with = "keepout_planner::stored")]
+    pub highest: Height,
+}
+
+impl HeaderZ {
+    /// The place of the drawing along the axis.
+    #[must_use]
+    pub fn place(&self) -> PlacedZ {
+        PlacedZ { zero: self.zero, travel: [self.lowest, self.highest] }
+    }
+}
+
 impl Default for Header {
     fn default() -> Self {
         Self {
@@ -67,6 +95,7 @@ impl Default for Header {
             offset: Vector { dx: 0, dy: 0 },
             travel_mm: None,
             travel: Window::of(Point::ORIGIN),
+            z: None,
             feed_mm_min: 0,
             home: false,
             answer_within_ms: 0,

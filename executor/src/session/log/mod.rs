@@ -26,7 +26,7 @@ mod read;
 mod write;
 
 pub use date::rfc_3339;
-pub use header::{Header, VERSION};
+pub use header::{Header, HeaderZ, VERSION};
 use keepout_guard::Time;
 use keepout_planner::file::FileKind;
 pub use line::LineError;

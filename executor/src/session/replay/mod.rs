@@ -22,7 +22,7 @@ use super::event_log::{Certificate, EventLog, EventLogError, LoggedEvent};
 use super::log::{Entry, Header, Log, LogReadError, LogReader};
 use super::outcome::{Ending, JobOutcome};
 use crate::dialect::{DialectConfig, DialectName, DialectNameError};
-use crate::session::SessionSetup;
+use crate::session::{SessionSetup, TablePlacement};
 use crate::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 
 /// An error that a replay finds in a log.
@@ -219,12 +219,14 @@ impl Player {
         check_plan(header, &work)?;
         header.progress.check(&work.plan)?;
         let machine = &work.plan.plan.machine;
-        let config =
-            DialectConfig { travel_mm: header.travel_mm, ..DialectConfig::of(machine, header.offset) };
+        let z = header.z.as_ref().map(|z| z.place());
+        let place = TablePlacement { offset: header.offset, travel: header.travel, z };
+        let config = DialectConfig { travel_mm: header.travel_mm, ..place.config(machine) };
         let options = Options {
             feed_mm_min: header.feed_mm_min,
             home: header.home,
             travel: header.travel,
+            heights: place.heights(),
             answer_within: Duration::from_millis(header.answer_within_ms),
             baud: header.baud,
             progress: header.progress.clone(),

@@ -80,7 +80,7 @@ impl<'a> Ground<'a> {
         let polygon = prohibited(&shape.corners, radius_mm, shape.side())
             .map_err(|source| StudyError::Radius { name: shape.name.clone(), source })?;
         let job = PlanParameters { tool_diameter_mm, ..PlanParameters::default() };
-        let part = shape.plan(&MachineProfile::simulated(), job)?.part;
+        let part = ProhibitedRegion::clone(&shape.plan(&MachineProfile::simulated(), job)?.part);
         let check = Intervals::new(&polygon, classified);
         Ok(Self { shape, part, radius_mm, polygon, check })
     }
