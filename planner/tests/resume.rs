@@ -164,7 +164,7 @@ fn interrupted_often(plan: &CertifiedPlan, start: Point, mut draws: Draws, times
     let within = field(plan);
     let (mut done, mut progress, mut recut_mm, mut restarted) =
         (Done::default(), Progress::default(), 0.0, 0);
-    let first = contour_job(plan, start, within).unwrap();
+    let first = contour_job(plan, start.in_plane(), within).unwrap();
     let loops: Vec<LoopNumber> = first.legs.iter().filter_map(|leg| leg.cuts).collect();
     let mut job = first.clone();
     for _ in 0..times {
@@ -178,12 +178,12 @@ fn interrupted_often(plan: &CertifiedPlan, start: Point, mut draws: Draws, times
         let before = progress.finished.len();
         progress = Progress::after(&job, at.0, at.1, report);
         assert!(progress.finished.len() >= before && progress.partial.len() <= 1);
-        let mut next = resume_job(plan, start, within, &progress);
+        let mut next = resume_job(plan, start.in_plane(), within, &progress);
         if let Some(number) = no_way_back(&next, &progress) {
             progress.forget(number);
             done.forget(number);
             restarted += 1;
-            next = resume_job(plan, start, within, &progress);
+            next = resume_job(plan, start.in_plane(), within, &progress);
         }
         match next {
             Ok(next) => job = next,
@@ -193,7 +193,7 @@ fn interrupted_often(plan: &CertifiedPlan, start: Point, mut draws: Draws, times
         assert_eq!(job.unreached, first.unreached, "after {progress:?}");
         recut_mm += job.recut_mm;
     }
-    if resume_job(plan, start, within, &progress).is_ok() {
+    if resume_job(plan, start.in_plane(), within, &progress).is_ok() {
         check_job(plan, &job, start);
         done.add(&job, (job.legs.len(), 0, 0.0));
         progress = Progress::after(&job, job.legs.len(), 0, start);
@@ -283,13 +283,13 @@ fn job_interrupted_anywhere_any_number_of_times_is_cut_completely() {
 fn resumed_job_with_room_recuts_only_the_joints() {
     let plan = planned(CASES[2], Cut::Conventional, &[]);
     let start = starts(&plan)[0];
-    let job = contour_job(&plan, start, field(&plan)).unwrap();
+    let job = contour_job(&plan, start.in_plane(), field(&plan)).unwrap();
     let leg = job.legs.iter().position(|leg| leg.cuts.is_some()).unwrap();
     for k in job.legs[leg].on_loop.clone() {
         for share in [0.0, 0.3, 0.5, 0.999] {
             let at = point_from_mm(along_mm(&job.legs[leg].curves[k], share).0).unwrap();
             let progress = Progress::after(&job, leg, k, at);
-            let Ok(rest) = resume_job(&plan, start, field(&plan), &progress) else { continue };
+            let Ok(rest) = resume_job(&plan, start.in_plane(), field(&plan), &progress) else { continue };
             assert!(rest.recut_mm <= 0.05, "{} mm at motion {k}, {share}", rest.recut_mm);
             assert_eq!(rest.tangential, job.tangential, "lead-in and lead-out are tangential");
         }
@@ -308,13 +308,13 @@ fn resumed_job_in_a_slot_recuts_less_than_a_tool_diameter() {
         let slot = include_bytes!("../../tests/drawings/slot_exact.dxf");
         let plan = request.plan("slot", slot, &MachineProfile::simulated(), &mut |_| {}).unwrap();
         let start = starts(&plan)[0];
-        let job = contour_job(&plan, start, field(&plan)).unwrap();
+        let job = contour_job(&plan, start.in_plane(), field(&plan)).unwrap();
         let leg = job.legs.iter().position(|leg| leg.cuts.is_some()).unwrap();
         for (k, share) in job.legs[leg].on_loop.clone().flat_map(|k| (0..100_u8).map(move |n| (k, n))) {
             let share = f64::from(share) / 100.0;
             let at = point_from_mm(along_mm(&job.legs[leg].curves[k], share).0).unwrap();
             let progress = Progress::after(&job, leg, k, at);
-            match resume_job(&plan, start, field(&plan), &progress) {
+            match resume_job(&plan, start.in_plane(), field(&plan), &progress) {
                 Ok(rest) => {
                     let mut done = Done::default();
                     done.add(&job, (leg, k, share));
@@ -336,7 +336,7 @@ fn resumed_job_in_a_slot_recuts_less_than_a_tool_diameter() {
             let resume_point = point_from_mm(along_mm(room, 0.4).0).unwrap();
             let partial = PartialLoop { number: job.legs[leg].cuts.unwrap(), entry: at, resume_point };
             let progress = Progress { partial: vec![partial], ..Progress::default() };
-            if let Ok(rest) = resume_job(&plan, start, field(&plan), &progress) {
+            if let Ok(rest) = resume_job(&plan, start.in_plane(), field(&plan), &progress) {
                 check_job(&plan, &rest, start);
                 assert!(rest.recut_mm < diameter, "{}", rest.recut_mm);
                 recut_at_entry += usize::from(rest.recut_mm > 0.1);
@@ -350,11 +350,11 @@ fn resumed_job_in_a_slot_recuts_less_than_a_tool_diameter() {
 fn progress_that_does_not_fit_is_refused() {
     let plan = planned(CASES[0], Cut::Conventional, &[]);
     let (start, within) = (starts(&plan)[0], field(&plan));
-    let job = contour_job(&plan, start, within).unwrap();
+    let job = contour_job(&plan, start.in_plane(), within).unwrap();
     let leg = job.legs.iter().find(|leg| leg.cuts.is_some()).unwrap();
     let (number, entry) = (leg.cuts.unwrap(), leg.entry.unwrap());
     let with = |partial| Progress { partial: vec![partial], ..Progress::default() };
-    let resumed = |partial| resume_job(&plan, start, within, &with(partial));
+    let resumed = |partial| resume_job(&plan, start.in_plane(), within, &with(partial));
     let off = resumed(PartialLoop { number, entry, resume_point: start }).unwrap_err();
     assert!(matches!(off, JobError::Progress(ProgressError::Off { at, .. }) if at == start), "{off}");
     assert!(off.to_string().contains("start without"), "{off}");
@@ -366,14 +366,15 @@ fn progress_that_does_not_fit_is_refused() {
     assert!(rest.is_err() || rest.unwrap().legs.iter().all(|leg| leg.cuts != Some(number)));
     let all: Vec<LoopNumber> = job.legs.iter().filter_map(|leg| leg.cuts).collect();
     let all = Progress { finished: all, ..Progress::default() };
-    assert_eq!(resume_job(&plan, start, within, &all), Err(JobError::AllFinished { from: start }));
+    assert_eq!(resume_job(&plan, start.in_plane(), within, &all), Err(JobError::AllFinished { from: start }));
 }
 
 #[test]
 fn progress_follows_from_the_interrupted_motion_and_the_reported_position() {
     let plan = planned(CASES[4], Cut::Climb, &[0.1, 0.0]);
     let within = field(&plan);
-    let jobs = starts(&plan).into_iter().map(|start| (start, contour_job(&plan, start, within).unwrap()));
+    let jobs =
+        starts(&plan).into_iter().map(|start| (start, contour_job(&plan, start.in_plane(), within).unwrap()));
     let (start, job) = jobs.max_by_key(|(_, job)| job.legs.len()).unwrap();
     let cuts: Vec<usize> = (0..job.legs.len()).filter(|&k| job.legs[k].cuts.is_some()).collect();
     assert_eq!(cuts.len(), 4, "outer and inner loop of a ring, two passes");
@@ -398,7 +399,7 @@ fn progress_follows_from_the_interrupted_motion_and_the_reported_position() {
         "a position off the curve"
     );
     // An interruption before the resumed loop is reached leaves the progress unchanged.
-    let rest = resume_job(&plan, start, within, &begun).unwrap();
+    let rest = resume_job(&plan, start.in_plane(), within, &begun).unwrap();
     assert_eq!(Progress::after(&rest, 0, 0, start), begun);
 }
 
@@ -413,7 +414,7 @@ proptest! {
         let cut = if climb { Cut::Climb } else { Cut::Conventional };
         let plan = planned(CASES[case], cut, &[]);
         let mut draws = Draws(draws, 0);
-        let job = contour_job(&plan, starts(&plan)[0], field(&plan)).unwrap();
+        let job = contour_job(&plan, starts(&plan)[0].in_plane(), field(&plan)).unwrap();
         let curves: Vec<Curve> = job.legs.iter().flat_map(|leg| leg.curves.iter().copied()).collect();
         for _ in 0..40 {
             let (leg, index, share) = interruption(&job, &mut draws);

@@ -306,7 +306,7 @@ fn climb_and_conventional_cuts_run_in_opposite_directions() {
         let (x, y, ..) = field.corners();
         let room = keepout_kernel::Length::from_units(3_000_000).unwrap();
         let from = Point::from_units(i64::from(x) - 1_000_000, y.into()).unwrap();
-        let job = keepout_planner::job::contour_job(&plan, from, field.grown(room)).unwrap();
+        let job = keepout_planner::job::contour_job(&plan, from.in_plane(), field.grown(room)).unwrap();
         let cuts: Vec<_> = job.legs.iter().filter(|leg| leg.cuts.is_some()).collect();
         assert_eq!((cuts.len(), job.tangential), (1, 1));
         let curves = &cuts[0].curves;

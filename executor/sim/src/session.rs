@@ -302,7 +302,8 @@ fn comes_from_home(plan: &CertifiedPlan, place: &TablePlacement, home: Mm2) -> b
     else {
         return false;
     };
-    plan.part.free_point(point, plan.roughing).is_ok() && contour_job(plan, point, place.travel).is_ok()
+    plan.part.free_point(point, plan.roughing).is_ok()
+        && contour_job(plan, point.in_plane(), place.travel).is_ok()
 }
 
 /// The monitor, and the samples for the picture.

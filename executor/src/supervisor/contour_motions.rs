@@ -4,8 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use keepout_guard::{ContourMotion, Interpolation};
 use keepout_kernel::curve::{fit_arc, nearest_unit};
-use keepout_kernel::{Arc, Curve, Length, Point, Segment, UNITS_PER_MM, Vec2};
-use keepout_planner::units::{arc_mm, point_from_mm};
+use keepout_kernel::{Arc, Curve, Height, Length, Place, Point, Segment, UNITS_PER_MM, Vec2};
+use keepout_planner::units::{arc_mm, mm, point_from_mm};
 
 use super::Supervisor;
 use super::contouring::NoContour;
@@ -13,32 +13,42 @@ use super::event::{Command, Mode};
 use super::jog::length_mm;
 
 impl Supervisor {
-    /// The motions that the controller gets for a curve: the curve in pieces, lines for a controller without
-    /// arcs, or short steps for non-interpolated axes.
+    /// The motions that the controller gets for a motion of the job: its curve in pieces, lines for a controller
+    /// without arcs and for every ramp, or short steps for non-interpolated axes.
     pub(super) fn as_sent(
         &self,
-        curve: &Curve,
-        feed: u32,
+        motion: &ContourMotion,
         stock: Length,
         into: &mut Vec<ContourMotion>,
     ) -> Result<(), NoContour> {
-        let longest_mm = longest_mm(feed);
-        if let Curve::Arc(arc) = curve
+        let ContourMotion { curve, heights: [from, to], feed_mm_min } = *motion;
+        let longest_mm = longest_mm(feed_mm_min);
+        if curve.from() == curve.to() && matches!(curve, Curve::Line(_)) {
+            climb(motion, longest_mm, into);
+            return Ok(());
+        }
+        if let Curve::Arc(arc) = &curve
             && self.abilities.arcs
             && self.abilities.contours == Interpolation::Linear
+            && from == to
         {
-            into.extend(
-                quarters(arc, longest_mm)?
-                    .into_iter()
-                    .map(|piece| ContourMotion::in_plane(Curve::Arc(piece), feed)),
-            );
+            let piece = |piece| ContourMotion { curve: Curve::Arc(piece), ..*motion };
+            into.extend(quarters(arc, longest_mm)?.into_iter().map(piece));
             return Ok(());
         }
         let points = curve.chord_points(self.chord_error_bound())?;
+        let mut lines: Vec<Segment> = Vec::new();
         for pair in points.windows(2) {
             let line = Segment { from: pair[0], to: pair[1] };
-            let step = |from, to| ContourMotion::in_plane(Curve::Line(Segment { from, to }), feed);
-            self.steps(line, stock, longest_mm, &mut |from, to| into.push(step(from, to)))?;
+            self.steps(line, stock, longest_mm, &mut |from, to| lines.push(Segment { from, to }))?;
+        }
+        let all_mm: f64 = lines.iter().map(|line| length_mm(line.to.minus(line.from))).sum();
+        let (count, mut gone_mm, mut height) = (lines.len(), 0.0, from);
+        for (index, line) in lines.into_iter().enumerate() {
+            gone_mm += length_mm(line.to.minus(line.from));
+            let end = if index + 1 == count { to } else { part_of_climb(from, to, gone_mm / all_mm) };
+            let heights = [std::mem::replace(&mut height, end), end];
+            into.push(ContourMotion { curve: Curve::Line(line), heights, feed_mm_min });
         }
         Ok(())
     }
@@ -113,16 +123,47 @@ impl Supervisor {
         };
         let mut queued = self.guard.contour_left().iter().take(sent.saturating_sub(at));
         let Some(under_way) = queued.next() else { return true };
-        let here = self.position.unwrap_or(under_way.curve.from().in_plane());
+        let here = self.position.unwrap_or(under_way.from());
         let feed_mm_s = mm_s(under_way.feed_mm_min);
-        let first = length_mm(under_way.curve.to().minus(here.point)) / feed_mm_s;
+        let first = way_mm(here, under_way.to()) / feed_mm_s;
         let seconds = |motion: &ContourMotion| {
-            motion.curve.length() / f64::from(UNITS_PER_MM) / mm_s(motion.feed_mm_min)
+            let along_mm = motion.curve.length() / f64::from(UNITS_PER_MM);
+            along_mm.hypot(climb_mm(motion.heights)) / mm_s(motion.feed_mm_min)
         };
         let behind: f64 = queued.map(seconds).sum();
         let braking = feed_mm_s / self.limits.acceleration_mm_s2;
         first + behind < 2.0 * self.polling.round_trip.as_secs_f64() + braking + LOOK_AHEAD_S
     }
+}
+
+/// A plunge or a rise in pieces that are short enough to stop after each.
+fn climb(motion: &ContourMotion, longest_mm: f64, into: &mut Vec<ContourMotion>) {
+    let [from, to] = motion.heights;
+    let count = (climb_mm(motion.heights) / longest_mm).ceil().max(1.0);
+    let (mut height, mut k) = (from, 1.0);
+    while k <= count {
+        let end = if k + 0.5 > count { to } else { part_of_climb(from, to, k / count) };
+        if end != height {
+            into.push(ContourMotion { heights: [height, end], ..*motion });
+        }
+        (height, k) = (end, k + 1.0);
+    }
+}
+
+/// The height at a share of the way from one height to another.
+fn part_of_climb(from: Height, to: Height, share: f64) -> Height {
+    let up = f64::from(to.units()) - f64::from(from.units());
+    Height::from_units(nearest_unit(f64::from(from.units()) + up * share)).unwrap_or(to)
+}
+
+/// The difference of two heights, mm.
+fn climb_mm([from, to]: [Height; 2]) -> f64 {
+    (mm(to.units()) - mm(from.units())).abs()
+}
+
+/// The distance of two places, mm.
+fn way_mm(from: Place, to: Place) -> f64 {
+    length_mm(to.point.minus(from.point)).hypot(climb_mm([from.height, to.height]))
 }
 
 /// The arc in pieces. Each turns by at most a quarter circle, and is at most `longest` mm long.

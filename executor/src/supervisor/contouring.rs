@@ -3,7 +3,7 @@
 use keepout_guard::{Certification, ContourMotion, Refusal};
 use keepout_kernel::exact::arc::ArcError;
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, LatticeError, Length, Point, Segment};
+use keepout_kernel::{Curve, LatticeError, Length, Place, Point, Segment};
 use keepout_planner::Mm2;
 use keepout_planner::job::{ContourJob, JobError, Leg, LoopNumber, Progress, resume_in_place, resume_job};
 use keepout_planner::plan::CertifiedPlan;
@@ -31,13 +31,19 @@ impl Supervisor {
     #[must_use]
     pub fn wanted_job(&self) -> Option<JobRequest> {
         let State::Touching(Touch::Asked { in_place }) = self.state else { return None };
-        let from = self.guard.confirmed()?.point();
+        let from = self.guard.confirmed()?.place();
         Some(JobRequest {
             from,
             within: self.guard.rules().travel,
             progress: self.contours.progress.clone(),
-            interrupted: self.contours.interrupted.clone().filter(|_| in_place),
+            interrupted: self.contours.interrupted.clone().filter(|_| in_place && !self.climbs()),
         })
+    }
+
+    /// Whether the session has a third axis. The tool then rises before it goes on with a contour, so it need not
+    /// stand on it.
+    pub(super) fn climbs(&self) -> bool {
+        self.work.plan.plan.relief.is_some()
     }
 
     pub(super) fn wants_job(&self) -> bool {
@@ -49,7 +55,7 @@ impl Supervisor {
     pub(super) fn resume(&mut self) {
         let in_place = self.guard.is_inside_jogging_clearance();
         let begun = match &self.contours.interrupted {
-            Some(interrupted) if in_place && interrupted.led_away => {
+            Some(interrupted) if in_place && interrupted.led_away && !self.climbs() => {
                 let Mm2 { x, y } = point_mm(self.guard.end().map_or(Point::ORIGIN, |end| end.point()));
                 self.note(format!(
                     "at {x:.3},{y:.3} mm the contour does not go on, because you jogged the tool there: \
@@ -100,9 +106,9 @@ impl Supervisor {
         };
         let mut curves: Vec<ContourMotion> = Vec::new();
         let mut sources = Vec::new();
-        let motions = job.legs.iter().flat_map(|leg| leg.curves.iter().map(move |curve| (leg, curve)));
-        for (source, (leg, curve)) in motions.enumerate() {
-            self.as_sent(curve, feed(leg), self.stock(leg), &mut curves)?;
+        for (source, (leg, &curve, heights)) in job.motions().enumerate() {
+            let motion = ContourMotion { curve, heights, feed_mm_min: feed(leg) };
+            self.as_sent(&motion, self.stock(leg), &mut curves)?;
             sources.resize(curves.len(), source);
         }
         self.guard.begin_contour(curves)?;
@@ -223,7 +229,7 @@ pub(super) enum NoContour {
 /// A contouring job that the supervisor requests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobRequest {
-    from: Point,
+    from: Place,
     within: Window,
     progress: Progress,
     interrupted: Option<Interrupted>,
@@ -236,7 +242,7 @@ impl JobRequest {
     /// [`JobError`] with the reason why there is no job, for the operator.
     pub fn work_out(&self, plan: &CertifiedPlan) -> Result<ContourJob, JobError> {
         match &self.interrupted {
-            Some(interrupted) => interrupted.go_on(plan, self.from, &self.progress),
+            Some(interrupted) => interrupted.go_on(plan, self.from.point, &self.progress),
             None => resume_job(plan, self.from, self.within, &self.progress),
         }
     }
@@ -271,7 +277,7 @@ fn dealt(legs: &[Leg], mut rest: Vec<Curve>) -> Vec<Leg> {
         let curves = rest.split_off(first);
         let moved = |index: usize| (index + curves.len()).saturating_sub(leg.curves.len());
         let on_loop = moved(leg.on_loop.start)..moved(leg.on_loop.end);
-        result.push(Leg { cuts: leg.cuts, entry: leg.entry, on_loop, curves });
+        result.push(Leg { cuts: leg.cuts, entry: leg.entry, on_loop, curves, heights: Vec::new() });
     }
     result.reverse();
     result

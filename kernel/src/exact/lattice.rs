@@ -106,8 +106,8 @@ impl fmt::Display for Point {
     }
 }
 
-/// A height in lattice units, upward, `|h| ≤ 2^29`. Height zero is the top of the part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+/// A height in lattice units, upward, `|h| ≤ 2^29`. Height zero, the default, is the top of the part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Height(i32);
 
 impl Height {

@@ -128,13 +128,13 @@ impl Cutter<'_> {
         let points = route(self.plan, here, to, self.within)?;
         let starts = std::iter::once(here.point()).chain(points.iter().copied());
         let lines = starts.zip(&points).filter_map(|(from, &to)| line_between(from, to));
-        Some(Leg { cuts: None, curves: lines.collect(), on_loop: 0..0, entry: None })
+        Some(Leg { cuts: None, curves: lines.collect(), heights: Vec::new(), on_loop: 0..0, entry: None })
     }
 
     fn leg(&self, lead_in: Vec<Curve>, on_loop: Vec<Curve>, lead_out: Vec<Curve>, entry: Point) -> Leg {
         let range = lead_in.len()..lead_in.len() + on_loop.len();
         let curves = lead_in.into_iter().chain(on_loop).chain(lead_out).collect();
-        Leg { cuts: Some(self.number), curves, on_loop: range, entry: Some(entry) }
+        Leg { cuts: Some(self.number), curves, heights: Vec::new(), on_loop: range, entry: Some(entry) }
     }
 
     /// The cut once around from the entry, with lead-in from `outside` and lead-out back to it, and

@@ -5,6 +5,7 @@
 //! one.
 
 mod cutter;
+mod deep;
 mod in_place;
 mod preview;
 mod progress;
@@ -13,9 +14,10 @@ mod track;
 use std::ops::Range;
 
 use cutter::{Cutter, LoopLegs};
+use deep::DeepWork;
 pub use in_place::resume_in_place;
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Curve, FreePoint, Point};
+use keepout_kernel::{Curve, FreePoint, Height, Place, Point};
 pub use preview::preview;
 use progress::RemainingContour;
 pub use progress::{DONE_MM, PartialLoop, Progress, ProgressError, SNAP_MM};
@@ -34,6 +36,9 @@ pub struct Leg {
     /// Its motions.
     #[serde(with = "crate::stored::many")]
     pub curves: Vec<Curve>,
+    /// The height at the end of each motion. Empty for a job of two axes.
+    #[serde(with = "crate::stored::many", default, skip_serializing_if = "Vec::is_empty")]
+    pub heights: Vec<Height>,
     /// Motions that cut new material. Motions before them are the lead-in, motions after them the
     /// lead-out; these may recut a little of the loop. Empty for a link move.
     pub on_loop: Range<usize>,
@@ -77,12 +82,29 @@ pub struct ContourJob {
     pub tangential: usize,
     /// Progress of the job before this one.
     pub before: Progress,
+    /// The height at which the job begins. It is zero for a job of two axes.
+    #[serde(
+        with = "crate::stored",
+        default = "crate::stored::height_zero",
+        skip_serializing_if = "crate::stored::is_height_zero"
+    )]
+    pub from: Height,
     /// Length of contour that it recuts, mm. It recuts where the tool could not enter or leave an
     /// interrupted loop exactly.
     pub recut_mm: f64,
 }
 
 impl ContourJob {
+    /// Its motions in order: the leg, the curve, and the heights at its start and its end.
+    pub fn motions(&self) -> impl Iterator<Item = (&Leg, &Curve, [Height; 2])> {
+        let curves = self.legs.iter().flat_map(|leg| (0..leg.curves.len()).map(move |index| (leg, index)));
+        curves.scan(self.from, |from, (leg, index)| {
+            let to = leg.heights.get(index).copied().unwrap_or(*from);
+            let heights = [std::mem::replace(from, to), to];
+            Some((leg, leg.curves.get(index)?, heights))
+        })
+    }
+
     /// The leg of the job's motion `index`, and the motion's number in that leg. All numbers count from
     /// 0.
     #[must_use]
@@ -147,14 +169,15 @@ pub enum JobError {
     Progress(#[from] ProgressError),
 }
 
-/// A job that contours every finishing loop in the free space around `from`. It goes pass by pass, and in
+/// A job that contours every finishing loop in the free space around `from`. With a third axis, it contours all
+/// loops at all depths, because the tool crosses above the part. It goes pass by pass, and in
 /// each pass takes the nearest loop first. It ends at the point from which the tool entered the last
 /// loop. Link moves keep the jogging clearance and stay inside `within`.
 ///
 /// # Errors
 /// [`JobError`] when the tool is inside the jogging clearance, or when this free space holds no loop to
 /// finish.
-pub fn contour_job(plan: &CertifiedPlan, from: Point, within: Window) -> Result<ContourJob, JobError> {
+pub fn contour_job(plan: &CertifiedPlan, from: Place, within: Window) -> Result<ContourJob, JobError> {
     resume_job(plan, from, within, &Progress::default())
 }
 
@@ -167,11 +190,16 @@ pub fn contour_job(plan: &CertifiedPlan, from: Point, within: Window) -> Result<
 /// As [`contour_job`]; also when everything here is finished, or when `done` does not fit the plan.
 pub fn resume_job(
     plan: &CertifiedPlan,
-    from: Point,
+    from: Place,
     within: Window,
     done: &Progress,
 ) -> Result<ContourJob, JobError> {
     done.check(plan)?;
+    if let Some(relief) = &plan.plan.relief {
+        let job = ContourJob { before: done.clone(), ..ContourJob::default() };
+        return DeepWork::new(plan, relief, from, job).finished();
+    }
+    let from = from.point;
     let here = plan.part.free_point(from, plan.roughing).map_err(|_| JobError::NotClear { from })?;
     let job = ContourJob { before: done.clone(), ..ContourJob::default() };
     let mut work = Work { plan, within, here, job };

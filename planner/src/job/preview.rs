@@ -36,5 +36,5 @@ pub fn preview(plan: &CertifiedPlan) -> Vec<ContourJob> {
         };
         loops.into_iter().find_map(beside)
     });
-    starts.filter_map(|start| contour_job(plan, start, field).ok()).collect()
+    starts.filter_map(|start| contour_job(plan, start.in_plane(), field).ok()).collect()
 }
