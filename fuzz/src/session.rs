@@ -332,7 +332,8 @@ fn input(u: &mut Unstructured<'_>) -> Result<(OperatorInput, Option<OperatorComm
         4 => Some(OperatorCommand::Stop),
         _ => None,
     };
-    Ok((OperatorInput { velocity, turned_mm, armed: u.int_in_range(0..=2_u8)? == 0 }, command))
+    let armed = u.int_in_range(0..=2_u8)? == 0;
+    Ok((OperatorInput { velocity, turned_mm, armed, ..OperatorInput::default() }, command))
 }
 
 /// Changes a contour job: an error, a motion to another place, a motion left out, or no change.

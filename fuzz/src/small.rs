@@ -190,6 +190,7 @@ fn is_in(said: &Value, used: &Value) -> bool {
 fn is_recorded(operator: impl Operator, looks: &[u8]) {
     let seen = OperatorView {
         position_mm: None,
+        height_mm: None,
         wall_mm: None,
         part_box: Box2 { low: Mm2::ZERO, high: Mm2::new(100.0, 60.0) },
         end_mm: None,

@@ -151,10 +151,11 @@ impl Decisions {
         let position = supervisor.position();
         self.inputs += 1;
         if self.inputs.is_multiple_of(LOOK_EVERY) {
-            self.wall = position.and_then(|position| nearest_wall(supervisor.plan(), position.point));
+            self.wall = position.and_then(|position| nearest_wall(supervisor.plan(), position));
         }
         let seen = OperatorView {
             position_mm: position.map(|place| point_mm(place.point)),
+            height_mm: None,
             wall_mm: self.wall,
             part_box: self.part_box,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),

@@ -217,7 +217,7 @@ fn outline_of(plan: &CertifiedPlan) -> ScreenOutline {
 }
 
 fn distance_to_part(plan: &CertifiedPlan, position: Point) -> Option<f64> {
-    let (at, wall) = (point_mm(position), nearest_wall(plan, position)?);
+    let (at, wall) = (point_mm(position), nearest_wall(plan, position.in_plane())?);
     Some(at.distance(wall))
 }
 

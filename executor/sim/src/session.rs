@@ -21,11 +21,11 @@ use keepout_executor::session::{
 use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::{Height, Point, Vector};
-use keepout_planner::Mm2;
 use keepout_planner::job::{Progress, contour_job};
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{point_mm, vector_mm};
+use keepout_planner::units::{mm, point_mm, vector_mm};
+use keepout_planner::{Mm2, Mm3};
 use thiserror::Error;
 
 use crate::monitor::CollisionMonitor;
@@ -115,6 +115,9 @@ pub enum SimError {
     EventLog(#[from] EventLogError),
 }
 
+/// Height of the tool at the home position, machine coordinates, mm, below the end of travel.
+const HOME_UP_MM: f64 = -1.0;
+
 /// Most samples kept for the picture. Beyond this, every other one is dropped.
 const SAMPLES_MAX: usize = 2_000_000;
 
@@ -141,22 +144,26 @@ impl Scene {
     pub fn of(work: PreparedPlan, run: &SimRun) -> Result<Self, PlaceError> {
         let plan = &*work.plan;
         let place = place_on_table(plan, &run.machine, run.origin_mm)?;
+        place.moved_by(&run.dialect)?;
         let home = Mm2::new(-1.0, -1.0);
         let start = match run.start {
             Some(point) => Some(point),
+            // From above the tool reaches every place.
+            None if plan.plan.relief.is_some() => None,
             None if comes_from_home(plan, &place, home) => None,
             None => Some(start_inside(plan)?),
         };
         if let Some(at) = start {
             check_start(plan, &place, at)?;
         }
+        let up_mm = if run.machine.z.is_some() { HOME_UP_MM } else { 0.0 };
         let start_mm = match start {
             Some(point) => point_mm(point.translated(place.offset)?),
             None => home,
         };
         let sim = SimSettings {
             homed: start.is_some(),
-            ..SimSettings::of(run.machine.clone(), start_mm.at_height(0.0))
+            ..SimSettings::of(run.machine.clone(), start_mm.at_height(up_mm))
         };
         let options = Options {
             feed_mm_min: run.feed_mm_min,
@@ -194,12 +201,16 @@ impl Scene {
     #[must_use]
     pub fn monitor(&self) -> CollisionMonitor {
         let plan = &self.setup.work.plan;
-        let height = self.setup.config.z.map_or(Height::ZERO, |z| z.zero);
         CollisionMonitor::new(
             Arc::clone(self.setup.work.levels()),
             plan.plan.tool_radius,
-            (self.offset(), height),
+            (self.offset(), self.zero_height()),
         )
+    }
+
+    /// The machine's height where the drawing's height is zero.
+    fn zero_height(&self) -> Height {
+        self.setup.config.z.map_or(Height::ZERO, |z| z.zero)
     }
 }
 
@@ -207,7 +218,9 @@ fn check_start(plan: &CertifiedPlan, place: &TablePlacement, at: Point) -> Resul
     if !place.travel.holds(at) {
         return Err(PlaceError::Start { at, reason: "it is beyond the machine's travel".into() });
     }
-    let free = plan.part.free_point(at, plan.roughing);
+    // A tool with a third axis starts at its end of travel, above the part.
+    let part = if plan.plan.relief.is_some() { plan.region(Height::HIGHEST) } else { &plan.part };
+    let free = part.free_point(at, plan.roughing);
     free.map_err(|blocked| PlaceError::Start { at, reason: blocked.to_string() })?;
     Ok(())
 }
@@ -237,7 +250,7 @@ pub fn run_scene(
     event_log: Box<dyn EventLog>,
     watch: &mut Watch<'_>,
 ) -> Result<SimResult, SimError> {
-    let offset = vector_mm(scene.offset());
+    let offset = vector_mm(scene.offset()).at_height(mm(scene.zero_height().units()));
     let mut monitored =
         MonitoredSamples { monitor: scene.monitor(), samples: Vec::new(), every: 1, seen: 0, offset };
     let machine = scene.machine(run);
@@ -312,7 +325,7 @@ struct MonitoredSamples {
     samples: Vec<Sample>,
     every: usize,
     seen: usize,
-    offset: Mm2,
+    offset: Mm3,
 }
 
 impl MonitoredSamples {
@@ -326,8 +339,7 @@ impl MonitoredSamples {
             if !self.seen.is_multiple_of(self.every) {
                 continue;
             }
-            self.samples
-                .push(Sample { position_mm: sample.position_mm - self.offset.at_height(0.0), ..sample });
+            self.samples.push(Sample { position_mm: sample.position_mm - self.offset, ..sample });
             if self.samples.len() >= SAMPLES_MAX {
                 let mut keep = false;
                 self.samples.retain(|_| {

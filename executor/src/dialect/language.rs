@@ -104,6 +104,16 @@ impl DialectName {
         }
     }
 
+    /// Whether a session can have a third axis.
+    #[must_use]
+    pub fn has_third_axis(&self) -> bool {
+        match self {
+            Self::Grbl | Self::GrblHal | Self::Zaber => true,
+            Self::Venus => false,
+            Self::Described { description, .. } => description.z.is_some(),
+        }
+    }
+
     /// The dialect of one session.
     #[must_use]
     pub fn dialect(&self, setting: DialectConfig) -> Box<dyn Dialect> {

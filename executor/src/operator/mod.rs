@@ -13,7 +13,9 @@ use crate::supervisor::{OperatorCommand, OperatorInput, Phase};
 pub struct OperatorView {
     /// The tool centre as displayed, drawing coordinates, mm.
     pub position_mm: Option<Mm2>,
-    /// The nearest point of the part, drawing coordinates, mm.
+    /// The height of the tool's tip, drawing coordinates, mm. `None` for a session with two axes.
+    pub height_mm: Option<f64>,
+    /// The nearest point of what stands above the tip, drawing coordinates, mm.
     pub wall_mm: Option<Mm2>,
     /// The box around the part.
     pub part_box: Box2,

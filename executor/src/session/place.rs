@@ -8,7 +8,7 @@ use keepout_planner::units::{height_from_mm, length_up_from_mm, mm, point_from_m
 use keepout_planner::{Box2, Mm2};
 use thiserror::Error;
 
-use crate::dialect::{DialectConfig, DialectZ};
+use crate::dialect::{DialectConfig, DialectName, DialectZ};
 
 /// The place of a drawing on a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +35,17 @@ impl TablePlacement {
     #[must_use]
     pub fn heights(&self) -> Option<[Height; 2]> {
         self.z.map(|z| z.travel)
+    }
+
+    /// Refuses a dialect that cannot move the axes of the plan.
+    ///
+    /// # Errors
+    /// [`PlaceError::TwoAxisDialect`] if the plan has depths and the dialect moves two axes.
+    pub fn moved_by(&self, dialect: &DialectName) -> Result<(), PlaceError> {
+        if self.z.is_some() && !dialect.has_third_axis() {
+            return Err(PlaceError::TwoAxisDialect { dialect: dialect.name().into() });
+        }
+        Ok(())
     }
 
     /// The dialect's parameters for a plan's machine.
@@ -86,6 +97,15 @@ pub enum PlaceError {
     TwoAxes {
         /// The machine.
         machine: String,
+    },
+    /// The plan has depths, and the dialect moves two axes.
+    #[error(
+        "the plan has depths, and the dialect {dialect} moves two axes: choose grbl, grblhal or zaber, or describe \
+         the third axis in [units.z]"
+    )]
+    TwoAxisDialect {
+        /// The dialect.
+        dialect: String,
     },
     /// The drawing lies beyond the travel.
     #[error(

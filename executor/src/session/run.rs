@@ -5,10 +5,10 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use keepout_guard::Time;
-use keepout_kernel::Point;
+use keepout_kernel::Place;
 use keepout_planner::job::{ContourJob, JobError};
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::point_mm;
+use keepout_planner::units::{mm, point_mm};
 use keepout_planner::{Box2, Mm2};
 
 use super::clock::Clock;
@@ -300,10 +300,12 @@ impl<'a, P: Port> Session<'a, P> {
     fn seen(&self) -> OperatorView {
         let supervisor = self.supervisor();
         let plan = supervisor.plan();
+        let climbs = plan.plan.relief.is_some();
         let position_mm = supervisor.position().map(|place| point_mm(place.point));
         OperatorView {
             position_mm,
-            wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position.point)),
+            height_mm: supervisor.position().filter(|_| climbs).map(|place| mm(place.height.units())),
+            wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position)),
             part_box: self.part_box,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
             unacknowledged: supervisor.guard().unacknowledged(),
@@ -322,10 +324,11 @@ pub enum Going {
     Halt,
 }
 
-/// The point of the part that is nearest to the tool, for display, mm.
+/// The point of what stands above the tip that is nearest to the tool, for display, mm.
 #[must_use]
-pub fn nearest_wall(plan: &CertifiedPlan, position: Point) -> Option<Mm2> {
-    let nearest = plan.part.index().nearest(position, None)?;
-    let chord = plan.part.edges().get(nearest.edge)?.chord;
-    Some(point_mm(position).nearest_on(point_mm(chord.from), point_mm(chord.to)))
+pub fn nearest_wall(plan: &CertifiedPlan, position: Place) -> Option<Mm2> {
+    let part = plan.region(position.height);
+    let nearest = part.index().nearest(position.point, None)?;
+    let chord = part.edges().get(nearest.edge)?.chord;
+    Some(point_mm(position.point).nearest_on(point_mm(chord.from), point_mm(chord.to)))
 }

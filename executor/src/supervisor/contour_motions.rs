@@ -5,7 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use keepout_guard::{ContourMotion, Interpolation};
 use keepout_kernel::curve::{fit_arc, nearest_unit};
 use keepout_kernel::{Arc, Curve, Height, Length, Place, Point, Segment, UNITS_PER_MM, Vec2};
-use keepout_planner::units::{arc_mm, mm, point_from_mm};
+use keepout_planner::Mm2;
+use keepout_planner::units::{arc_mm, length_up_from_mm, mm, point_from_mm};
 
 use super::Supervisor;
 use super::contouring::NoContour;
@@ -36,7 +37,11 @@ impl Supervisor {
             into.extend(quarters(arc, longest_mm)?.into_iter().map(piece));
             return Ok(());
         }
-        let points = curve.chord_points(self.chord_error_bound())?;
+        let points = if from == to {
+            curve.chord_points(self.chord_error_bound())?
+        } else {
+            self.ramp_points(curve, from.min(to))?
+        };
         let mut lines: Vec<Segment> = Vec::new();
         for pair in points.windows(2) {
             let line = Segment { from: pair[0], to: pair[1] };
@@ -51,6 +56,21 @@ impl Supervisor {
             into.push(ContourMotion { curve: Curve::Line(line), heights, feed_mm_min });
         }
         Ok(())
+    }
+
+    /// The corners of the chords of a ramp. The lap after it cuts the contour, so they may lie beside the curve, on
+    /// the side away from the part.
+    fn ramp_points(&self, curve: Curve, lowest: Height) -> Result<Vec<Point>, NoContour> {
+        let (part, clearance) = (self.plan().region(lowest), self.guard.rules().finishing_clearance);
+        let is_clear = |points: &Vec<Point>| {
+            points
+                .windows(2)
+                .all(|pair| part.edges_clear(Segment { from: pair[0], to: pair[1] }, clearance).is_ok())
+        };
+        let around = if let Curve::Arc(arc) = &curve { Some(circumscribed(arc)?) } else { None };
+        let inside = length_up_from_mm(RAMP_CHORD_MM)?;
+        let beside = curve.chord_points(inside).ok().into_iter().chain(around).find(is_clear);
+        beside.map_or_else(|| Ok(curve.chord_points(self.chord_error_bound())?), Ok)
     }
 
     /// Chord-error bound for arcs: the difference between the finishing clearances of the plan and of the
@@ -183,6 +203,23 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, NoContour> {
     Ok(pieces)
 }
 
+/// The corners of chords around an arc, within [`RAMP_CHORD_MM`] of it: its ends, and the corners of its tangents.
+fn circumscribed(arc: &Arc) -> Result<Vec<Point>, NoContour> {
+    let view = arc_mm(arc);
+    let step = (8.0 * RAMP_CHORD_MM / view.radius).sqrt().min(FRAC_PI_2);
+    let count = (view.sweep.abs() / step).ceil().max(1.0);
+    let beyond = 1.0 / (view.sweep / count / 2.0).cos();
+    let (mut points, mut k) = (vec![arc.from()], 0.5);
+    while k < count {
+        let on = Mm2::from(view.at(k / count));
+        let centre = Mm2::from(view.centre);
+        points.push(point_from_mm(centre + (on - centre) * beyond)?);
+        k += 1.0;
+    }
+    points.push(arc.to());
+    Ok(points)
+}
+
 /// Longest motion of a contour at a feed in mm/min, mm.
 fn longest_mm(feed: u32) -> f64 {
     let speed = mm_s(feed);
@@ -212,6 +249,8 @@ const BOX_ROUNDING: i64 = 50;
 const BOX_ROOM_LEAST: i64 = 950;
 /// The stock that gives this room, mm.
 pub(super) const BOX_STOCK_MM: f64 = 0.01;
+/// Chord-error bound of a ramp, mm.
+const RAMP_CHORD_MM: f64 = 0.02;
 /// Least chord-error bound (0.1 µm).
 const CHORD_LEAST: Length = Length::small(10);
 
@@ -219,7 +258,6 @@ const CHORD_LEAST: Length = Length::small(10);
 mod tests {
     use keepout_kernel::Turn;
     use keepout_kernel::curve::sweep;
-    use keepout_planner::Mm2;
 
     use super::*;
 

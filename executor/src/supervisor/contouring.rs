@@ -64,9 +64,10 @@ impl Supervisor {
                 false
             }
             interrupted if in_place => interrupted.is_some(),
-            _ => self.contours.progress != Progress::default(),
+            // From above the part, there is no wall to touch.
+            _ => self.contours.progress != Progress::default() || self.climbs() && self.operation.armed,
         };
-        if self.guard.in_position() && begun {
+        if self.guard.in_position() && begun && self.spindle_is_stated() {
             self.state = State::Touching(Touch::Asked { in_place });
         }
     }

@@ -7,6 +7,7 @@
 mod abilities;
 mod contour_motions;
 mod contouring;
+mod errand;
 mod event;
 mod fault;
 mod input;
@@ -26,6 +27,7 @@ use std::time::Duration;
 
 pub use abilities::Abilities;
 pub use contouring::{Interrupted, JobRequest};
+use errand::Errand;
 pub use event::{Command, EncodeError, Event, Mode, Reply, Report, Text, Unfit, text};
 pub use fault::Fault;
 use input::Aged;
@@ -35,7 +37,7 @@ pub use input::{
 pub use jog::Limits;
 use jog::{JogContext, JogPlanner, WallContact};
 use keepout_guard::{Guard, Time};
-use keepout_kernel::Place;
+use keepout_kernel::{Height, Place};
 use keepout_planner::Mm2;
 use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
@@ -78,6 +80,8 @@ pub struct Supervisor {
     operation: Operation,
     contours: Contours,
     limits: Limits,
+    /// Rapid rate of the third axis, mm/s.
+    lift_mm_s: f64,
     notices: Vec<String>,
     counts: Counts,
     /// Position feedback: the last reported position, and the mode of the last report.
@@ -101,6 +105,12 @@ struct Operation {
     armed: bool,
     /// Rejected jogs in a row, because the controller was still in motion.
     rejected: u8,
+    /// What the tool does by itself along the third axis.
+    errand: Option<Errand>,
+    /// Turns of the handwheel of the third axis that the tool has not followed yet, mm.
+    turned_up_mm: f64,
+    /// Whether the operator stated that the spindle runs, or that it stands.
+    spindle: Option<bool>,
 }
 
 /// The progress of the contours, and the rest of an interrupted contour.
@@ -121,6 +131,7 @@ impl Supervisor {
         let machine = &plan.plan.machine;
         let rules = rules(plan, (options.travel, options.heights), abilities);
         let limits = Limits::of(machine.max_rate_mm_s, machine.acceleration_mm_s2);
+        let lift_mm_s = machine.z.as_ref().map_or(0.0, |z| z.max_rate_mm_s);
         Self {
             guard: Guard::new(Arc::clone(&work.levels), Arc::clone(&work.simplified), rules),
             work,
@@ -135,6 +146,7 @@ impl Supervisor {
                 unreached: Vec::new(),
             },
             limits,
+            lift_mm_s,
             notices: Vec::new(),
             counts: Counts::default(),
             position: None,
@@ -182,6 +194,10 @@ impl Supervisor {
         // The operator arms the cycle, and a contour disarms it.
         self.operation.armed = input.armed && (self.operation.armed || !before.armed);
         self.operation.stopped_for_stale = false;
+        self.operation.turned_up_mm += input.turned_up_mm;
+        if !self.operation.input.is_centred() || input.turns() {
+            self.end_errand();
+        }
         if let State::Manual(steering) | State::Sliding(steering) = &mut self.state {
             steering.turn(input.turned_mm);
         }
@@ -194,6 +210,9 @@ impl Supervisor {
             (OperatorCommand::CycleStart, Phase::Holding) => self.go_on(),
             (OperatorCommand::CycleStart, phase) if phase.is_steered() => self.resume(),
             (OperatorCommand::Recover, Phase::Faulted) => self.recover(now),
+            (OperatorCommand::Spindle { runs }, _) => self.operation.spindle = Some(runs),
+            (OperatorCommand::Raise, phase) if phase.is_steered() => self.begin_raise(),
+            (OperatorCommand::Cross { contour }, phase) if phase.is_steered() => self.begin_crossing(contour),
             _ => {}
         }
     }
@@ -333,17 +352,24 @@ impl Supervisor {
             && self.guard.in_position()
             && !self.guard.is_inside_jogging_clearance()
             && self.touches()
+            && self.spindle_is_stated()
         {
             self.operation.armed = false;
             self.state = State::Touching(Touch::Asked { in_place: false });
             return;
         }
         let jogs = self.counts.jogs;
+        if self.lifts(now, commands) {
+            self.led_away(jogs);
+            return;
+        }
         let mut context = JogContext {
             guard: &mut self.guard,
             counts: &mut self.counts,
             commands,
             limits: self.limits,
+            lift_mm_s: self.lift_mm_s,
+            lowest: Height::LOWEST,
             abilities: self.abilities,
             round_trip: self.polling.round_trip,
             now,
@@ -356,14 +382,19 @@ impl Supervisor {
             }
             _ => return,
         };
-        if let Some(interrupted) = self.contours.interrupted.as_mut().filter(|_| self.counts.jogs > jogs) {
-            interrupted.led_away = true;
-        }
+        self.led_away(jogs);
         self.state = match (std::mem::replace(&mut self.state, State::Done), contact) {
             (State::Manual(steering), WallContact::Wall) => State::Sliding(steering),
             (State::Sliding(steering), WallContact::Free) => State::Manual(steering),
             (state, _) => state,
         };
+    }
+
+    /// Takes note that the operator jogged since there were so many jogs.
+    fn led_away(&mut self, jogs: u64) {
+        if let Some(interrupted) = self.contours.interrupted.as_mut().filter(|_| self.counts.jogs > jogs) {
+            interrupted.led_away = true;
+        }
     }
 
     /// Changes the state after the tool has come to rest.

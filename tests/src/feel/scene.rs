@@ -174,7 +174,7 @@ impl Scene {
 
     /// Height above the jogging clearance, mm.
     pub(super) fn height_mm(&self, at: Mm2) -> f64 {
-        let wall = point_from_mm(at).ok().and_then(|point| nearest_wall(&self.work.plan, point));
+        let wall = point_from_mm(at).ok().and_then(|point| nearest_wall(&self.work.plan, point.in_plane()));
         wall.map_or(f64::INFINITY, |wall| wall.distance(at) - self.limit_mm())
     }
 

@@ -8,7 +8,7 @@ use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 use keepout_planner::Mm2;
-use keepout_sim::operator::{Model, ModelKind};
+use keepout_sim::operator::{Climb, Model, ModelKind};
 
 /// The style of a hostile operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +53,9 @@ pub struct Hostile {
     command: Option<OperatorCommand>,
     /// Command of this input, until the session takes it.
     given: Option<OperatorCommand>,
+    climb: Climb,
+    /// Whether the handwheel moves the third axis, and not the keys.
+    winds: bool,
     /// Chance of a feed hold or cycle start, for each input.
     restless: f64,
 }
@@ -75,6 +78,8 @@ impl Hostile {
             automatic,
             command: None,
             given: None,
+            climb: Climb::default(),
+            winds: matches!(style, Style::Wheels | Style::WheelsAround),
             restless: [0.0, 0.0, 0.01, 0.1][random.usize(0..4)],
             random,
         }
@@ -150,7 +155,17 @@ impl Operator for Hostile {
         // The operator arms the cycle for 8 s of every 16 s.
         let armed = self.automatic && now.micros() % 16_000_000 > 8_000_000;
         self.given = self.commanded(view.phase);
-        OperatorInput { velocity, turned_mm, armed }
+        let mut input = OperatorInput { velocity, turned_mm, armed, ..OperatorInput::default() };
+        if view.height_mm.is_some() {
+            let up = self.climb.step(now.elapsed().as_secs_f64(), &mut self.random);
+            if self.winds {
+                input.turned_up_mm = up * [0.01, 0.1, 1.0][self.random.usize(0..3)];
+            } else {
+                input.up = up;
+            }
+            self.given = self.given.or_else(|| self.climb.command());
+        }
+        input
     }
 
     fn command(&mut self) -> Option<OperatorCommand> {

@@ -16,10 +16,10 @@ use keepout_executor::session::{Clock, EventLog, Going, NoEventLog, Sample, Sess
 use keepout_executor::supervisor::{Abilities, Counts, Options, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::{Curve, Height, Segment, Vector};
-use keepout_planner::Mm2;
 use keepout_planner::job::{ContourJob, Progress};
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::units::point_mm;
+use keepout_planner::units::{mm, point_mm};
+use keepout_planner::{Mm2, Mm3};
 use keepout_sim::faults::Faults;
 use keepout_sim::monitor::{CollisionMonitor, JoggingRule, Verdict};
 use keepout_sim::{
@@ -171,7 +171,10 @@ fn play_with<E>(
 ) -> Result<Outcome, E> {
     let mut random = Rng::with_seed(spec.seed ^ 0x5e55_1011);
     let abilities = world.language.dialect(config(world)).abilities();
-    let machine = machine(world, spec, start_mm(world, spec, &mut random), abilities);
+    let start_mm = start_mm(world, spec, &mut random);
+    let height = world.start_height(&mut Rng::with_seed(spec.seed ^ 0x4e16));
+    let up_mm = mm(height.units()) + mm(world.zero_height().units());
+    let machine = machine(world, spec, start_mm.at_height(up_mm), abilities);
     let cable = Cable { machine: Rc::new(RefCell::new(machine)), ahead: Rc::new(Cell::new(Duration::ZERO)) };
     let setup = SessionSetup {
         work: world.work.clone(),
@@ -245,7 +248,7 @@ impl Watcher {
             monitor: CollisionMonitor::new(
                 Arc::clone(&world.levels),
                 radius,
-                (world.place.offset, Height::ZERO),
+                (world.place.offset, world.zero_height()),
             )
             .with_rule(rule),
             happenings: happenings(spec, random),
@@ -299,11 +302,15 @@ impl Watcher {
     }
 }
 
-/// A job with a corner moved, a motion left out, or one turned around.
+/// A job with a corner or heights moved, a motion left out, or one turned around.
 fn spoilt(mut job: ContourJob, random: &mut Rng) -> ContourJob {
     let count = job.legs.len().max(1);
     let Some(leg) = job.legs.get_mut(random.usize(0..count)) else { return job };
     let index = random.usize(0..leg.curves.len().max(1));
+    if !leg.heights.is_empty() && random.bool() {
+        move_heights(&mut leg.heights, random);
+        return job;
+    }
     match random.u8(0..4) {
         0 if leg.curves.len() > 2 && index > 0 && index + 1 < leg.curves.len() => {
             // Straight on past what was left out.
@@ -326,6 +333,19 @@ fn spoilt(mut job: ContourJob, random: &mut Rng) -> ContourJob {
     job
 }
 
+/// Moves one height, or all of them, by up to a few mm, or exchanges two.
+fn move_heights(heights: &mut [Height], random: &mut Rng) {
+    let reach = 10_i64.pow(random.u32(2..6));
+    let step = random.i64(-reach..=reach);
+    let moved = |height: Height| Height::from_units(i64::from(height.units()) + step).unwrap_or(height);
+    let (one, other) = (random.usize(0..heights.len()), random.usize(0..heights.len()));
+    match random.u8(0..3) {
+        0 => heights[one] = moved(heights[one]),
+        1 => heights.iter_mut().for_each(|height| *height = moved(*height)),
+        _ => heights.swap(one, other),
+    }
+}
+
 /// Moves the corner between a line and the line behind it by up to a few mm.
 fn move_corner(curves: &mut [Curve], index: usize, random: &mut Rng) {
     let reach = 10_i32.pow(random.u32(1..6));
@@ -341,24 +361,23 @@ fn config(world: &HostileWorld) -> DialectConfig {
     world.place.config(&world.machine)
 }
 
-fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm2, abilities: Abilities) -> SimMachine {
-    let settings = SimSettings {
-        quirks: spec.quirks.clone(),
-        ..SimSettings::of(world.machine.clone(), start_mm.at_height(0.0))
-    };
+fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm3, abilities: Abilities) -> SimMachine {
+    let settings =
+        SimSettings { quirks: spec.quirks.clone(), ..SimSettings::of(world.machine.clone(), start_mm) };
     let (band, steps) = (world.machine.repeatability_mm, world.machine.steps_per_mm);
     let slip = if spec.suffers(HostileFault::LostSteps) {
         PositioningError::sudden(band, steps, spec.seed)
     } else {
         PositioningError::wandering(band, steps, spec.seed)
-    };
+    }
+    .of_three_axes(world.machine.z.as_ref());
     let controller = speaking(&world.language, settings);
     let there = Faults::new(spec.rates(false, abilities), spec.seed ^ 0x7e0);
     let here = Faults::new(spec.rates(true, abilities), spec.seed ^ 0x4e1);
     // Their budget is for a machine that speeds up no faster.
     let suits = world.machine.acceleration_mm_s2 <= MachineProfile::simulated().acceleration_mm_s2;
     let servo = (spec.driven && suits).then(ServoConfig::simulated).and_then(Result::ok);
-    let drives = servo.and_then(|servo| ServoDrive::new(&servo, start_mm));
+    let drives = servo.and_then(|servo| ServoDrive::new(&servo, start_mm.plane()));
     SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here).driven(drives)
 }
 

@@ -7,8 +7,9 @@ use fastrand::Rng;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::{TablePlacement, place_on_table};
 use keepout_executor::supervisor::PreparedPlan;
-use keepout_kernel::{Length, Levels, Point};
-use keepout_planner::machine::MachineProfile;
+use keepout_kernel::{Height, Length, Levels, Point};
+use keepout_planner::depth::{DepthParameters, EntryMove, FaceChoice, FaceDepth};
+use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::plan::{Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
@@ -70,9 +71,25 @@ impl Worlds {
         } else {
             (format!("random {seed}"), random_drawing(&mut random).into_bytes())
         };
-        let machine = machine(&mut random);
-        let request = request(&mut random);
-        let plan = request.plan(&name, &bytes, &machine, &mut |_| {}).ok()?;
+        let mut machine = machine(&mut random);
+        let mut request = request(&mut random);
+        // From another source, so that the worlds of two axes are the same as ever.
+        let mut of_depth = Rng::with_seed(seed ^ 0xdee9);
+        if language.has_third_axis() && of_depth.bool() {
+            machine.z = Some(ZProfile {
+                steps_per_mm: [80.0, 400.0, 1600.0][of_depth.usize(0..3)],
+                repeatability_mm: [0.0, 0.004, 0.02][of_depth.usize(0..3)],
+                ..ZProfile::simulated()
+            });
+            request.job.depth = Some(depth(&mut of_depth));
+        }
+        let mut planned = request.plan(&name, &bytes, &machine, &mut |_| {});
+        if let (Err(_), Some(depth)) = (&planned, &mut request.job.depth) {
+            // The drawing may have no second contour.
+            depth.faces.clear();
+            planned = request.plan(&name, &bytes, &machine, &mut |_| {});
+        }
+        let plan = planned.ok()?;
         // A huge drawing would take the time of many sessions.
         if plan.part.edges().len() > 20_000 {
             return None;
@@ -105,6 +122,22 @@ impl Worlds {
 }
 
 impl HostileWorld {
+    /// A height to start from, drawing coordinates: from the deepest pass to the end of travel.
+    #[must_use]
+    pub fn start_height(&self, random: &mut Rng) -> Height {
+        let (Some(relief), Some([_, highest])) = (&self.work.plan.plan.relief, self.place.heights()) else {
+            return Height::ZERO;
+        };
+        let units = random.i32(relief.deepest.units()..=highest.units());
+        Height::from_units(i64::from(units)).unwrap_or(highest)
+    }
+
+    /// The machine's height where the drawing's height is zero.
+    #[must_use]
+    pub fn zero_height(&self) -> Height {
+        self.place.z.map_or(Height::ZERO, |z| z.zero)
+    }
+
     /// Searches start places in the part's box and around it.
     fn look_for_places(&mut self, random: &mut Rng) {
         let plan = &self.work.plan;
@@ -140,6 +173,21 @@ fn machine(random: &mut Rng) -> MachineProfile {
         steps_per_mm: [80.0, 200.0, 400.0, 2000.0][random.usize(0..4)],
         repeatability_mm: [0.0, 0.004, 0.02][random.usize(0..3)],
         ..simulated
+    }
+}
+
+/// Heights of a job: a part of one to three depths, with a pocket, clamps and a table in some.
+fn depth(random: &mut Rng) -> DepthParameters {
+    let thickness_mm = 2.0 + 8.0 * random.f64();
+    let pocket = || FaceDepth { of: FaceChoice::Contour(2), depth_mm: Some(thickness_mm / 2.0) };
+    DepthParameters {
+        faces: random.bool().then(pocket).into_iter().collect(),
+        step_down_mm: [None, Some(thickness_mm / 3.0)][random.usize(0..2)],
+        table_mm: [None, Some(1.0)][random.usize(0..2)],
+        clamps_mm: [None, Some(3.0)][random.usize(0..2)],
+        entry: [EntryMove::Plunge, EntryMove::Ramp { slope: 0.2 }][random.usize(0..2)],
+        tool_length_error_mm: [0.02, 0.1][random.usize(0..2)],
+        ..DepthParameters::of(thickness_mm)
     }
 }
 

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use keepout_executor::operator::{Operator, OperatorView, Panel};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase, Stick};
 use keepout_guard::Time;
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
 
 use super::device::{DeviceError, Devices, EnablingInterlock, Mapping, Reader, Reading, Wanted};
 
@@ -162,7 +162,7 @@ fn leave<D: Devices>(reader: &mut Reader<D>, mut reading: Reading, at: Instant, 
 
 impl Operator for Gamepad {
     fn input(&mut self, view: &OperatorView, _: Time) -> OperatorInput {
-        self.last.turned_mm = Mm2::ZERO;
+        self.last.turned_mm = Mm3::ZERO;
         // A contact start disarms the cycle: the next contour needs the button again.
         let started = matches!(view.phase, Phase::Touching | Phase::Contouring);
         self.disarm |= started;
@@ -173,7 +173,7 @@ impl Operator for Gamepad {
             }
             self.last = left.reading.clone();
             self.read_at = left.at;
-            left.reading.turned_mm = Mm2::ZERO;
+            left.reading.turned_mm = Mm3::ZERO;
             left.taken = true;
         }
         self.last.armed &= !started && !self.disarm;
@@ -204,6 +204,7 @@ mod tests {
     use std::io;
 
     use keepout_executor::supervisor::StickSettings;
+    use keepout_planner::Mm2;
 
     use super::*;
     use crate::input::device::{AxisRange, Device, RawEvent, Snapshot};

@@ -1,6 +1,7 @@
 //! Handwheels: converts pulses of a manual pulse generator (MPG) to millimetres.
 
-use keepout_planner::Mm2;
+use keepout_planner::Mm3;
+
 /// The axis that a handwheel turns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WheelAxis {
@@ -9,6 +10,8 @@ pub enum WheelAxis {
     X,
     /// The table's y.
     Y,
+    /// The tool's height.
+    Z,
 }
 
 /// Distance of one pulse.
@@ -73,8 +76,8 @@ impl StepSize {
 pub struct Handwheel {
     axis: WheelAxis,
     step: StepSize,
-    pulses: [i32; 2],
-    microns: [i32; 2],
+    pulses: [i32; 3],
+    microns: [i32; 3],
 }
 
 impl Handwheel {
@@ -94,9 +97,13 @@ impl Handwheel {
         self.step
     }
 
-    /// Selects the other axis.
-    pub fn swap_axis(&mut self) {
-        self.axis = if self.axis == WheelAxis::X { WheelAxis::Y } else { WheelAxis::X };
+    /// Selects the next axis.
+    pub fn next_axis(&mut self) {
+        self.axis = match self.axis {
+            WheelAxis::X => WheelAxis::Y,
+            WheelAxis::Y => WheelAxis::Z,
+            WheelAxis::Z => WheelAxis::X,
+        };
     }
 
     /// Selects a step size. Earlier pulses keep the size that they had.
@@ -111,7 +118,11 @@ impl Handwheel {
 
     /// Counts pulses of an axis.
     pub fn turn_axis(&mut self, axis: WheelAxis, pulses: i32) {
-        let index = usize::from(axis == WheelAxis::Y);
+        let index = match axis {
+            WheelAxis::X => 0,
+            WheelAxis::Y => 1,
+            WheelAxis::Z => 2,
+        };
         let bound = Self::PULSES_MAX;
         let before = self.pulses[index];
         let after = before.saturating_add(pulses).clamp(-bound, bound);
@@ -123,16 +134,16 @@ impl Handwheel {
     }
 
     /// Takes the distance that the wheels were turned since the last call, mm.
-    pub fn take_mm(&mut self) -> Mm2 {
-        let [x, y] = self.microns;
+    pub fn take_mm(&mut self) -> Mm3 {
+        let [x, y, z] = self.microns.map(|microns| f64::from(microns) / 1000.0);
         self.forget();
-        Mm2::new(f64::from(x) / 1000.0, f64::from(y) / 1000.0)
+        Mm3::new(x, y, z)
     }
 
     /// Drops the pulses since the last call of [`Self::take_mm`].
     pub fn forget(&mut self) {
-        self.pulses = [0; 2];
-        self.microns = [0; 2];
+        self.pulses = [0; 3];
+        self.microns = [0; 3];
     }
 }
 
@@ -145,12 +156,14 @@ mod tests {
         let mut wheel = Handwheel::default();
         wheel.set_step(StepSize::Hundredth);
         wheel.turn(3);
-        wheel.swap_axis();
+        wheel.next_axis();
         wheel.set_step(StepSize::Millimetre);
         wheel.turn(-2);
-        assert_eq!(wheel.take_mm(), Mm2::new(0.03, -2.0));
-        assert_eq!(wheel.take_mm(), Mm2::ZERO);
-        wheel.swap_axis();
+        wheel.next_axis();
+        wheel.turn(1);
+        assert_eq!(wheel.take_mm(), Mm3::new(0.03, -2.0, 1.0));
+        assert_eq!(wheel.take_mm(), Mm3::ZERO);
+        wheel.next_axis();
         assert_eq!(wheel.axis(), WheelAxis::X);
     }
 
@@ -160,11 +173,11 @@ mod tests {
         for _ in 0..100 {
             wheel.turn(i32::MAX);
         }
-        assert_eq!(wheel.take_mm(), Mm2::new(1.0, 0.0));
-        assert_eq!(wheel.take_mm(), Mm2::ZERO, "no pulse is saved");
+        assert_eq!(wheel.take_mm(), Mm3::new(1.0, 0.0, 0.0));
+        assert_eq!(wheel.take_mm(), Mm3::ZERO, "no pulse is saved");
         wheel.turn(i32::MIN);
         wheel.turn_axis(WheelAxis::Y, i32::MIN);
-        assert_eq!(wheel.take_mm(), Mm2::new(-1.0, -1.0));
+        assert_eq!(wheel.take_mm(), Mm3::new(-1.0, -1.0, 0.0));
     }
 
     #[test]

@@ -5,6 +5,8 @@
 pub enum Key {
     /// A jog key: −1, 0 or 1 in x and y. Up is +y.
     Jog(i8, i8),
+    /// A key of the third axis: 1 up, −1 down.
+    Lift(i8),
     /// A letter, digit or space. Letters are in lower case.
     Character(char),
     /// Ctrl-C.

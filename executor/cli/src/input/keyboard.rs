@@ -3,6 +3,10 @@
 //! | key | does |
 //! |---|---|
 //! | arrows; home, page up, end, page down | jog, straight and diagonally |
+//! | +, - | up, down, in a session with three axes |
+//! | u | raise the tool to the safe height |
+//! | c, digits, enter | cross to a contour |
+//! | m | the spindle runs, or stands |
 //! | 1–4 | speed, or the step's size in step mode |
 //! | s | step mode: each press is one step |
 //! | space | stop at once |
@@ -41,7 +45,7 @@ pub struct Keys {
     /// Whether the terminal reports releases.
     releases: bool,
     /// The held jog keys, each with the end of its push.
-    held: Vec<((i8, i8), Time)>,
+    held: Vec<(Push, Time)>,
     speed: usize,
     stepping: bool,
     wheel: Handwheel,
@@ -50,8 +54,18 @@ pub struct Keys {
     help: bool,
     /// Places that the operator took and the program has not read.
     taken: usize,
+    /// The digits of a contour's number that is being typed.
+    crossing: Option<String>,
+    /// The last statement about the spindle.
+    spindle: bool,
     commands: VecDeque<OperatorCommand>,
 }
+
+/// A direction of a jog key: −1, 0 or 1 in x, y and upward.
+type Push = (i8, i8, i8);
+
+/// Most digits of a contour's number.
+const DIGITS_MAX: usize = 6;
 
 impl Keys {
     /// A keyboard with no key held, speed 2 of 4 and steps of 0.1 mm. `releases`: whether the terminal
@@ -68,6 +82,8 @@ impl Keys {
             stopped: false,
             help: false,
             taken: 0,
+            crossing: None,
+            spindle: false,
             commands: VecDeque::new(),
         }
     }
@@ -75,10 +91,12 @@ impl Keys {
     /// Takes a key event of the time `at`.
     pub fn take(&mut self, key: Key, stroke: Stroke, at: Time) {
         match (key, stroke) {
-            (Key::Jog(x, y), Stroke::Up) => self.release((x, y), at),
+            (Key::Jog(x, y), Stroke::Up) => self.release((x, y, 0), at),
+            (Key::Lift(up), Stroke::Up) => self.release((0, 0, up), at),
             (_, Stroke::Up) => {}
-            (Key::Jog(x, y), Stroke::Down) => self.press((x, y), at),
-            (Key::Jog(..), Stroke::Repeat) => self.repeat(at),
+            (Key::Jog(x, y), Stroke::Down) => self.press((x, y, 0), at),
+            (Key::Lift(up), Stroke::Down) => self.press((0, 0, up), at),
+            (Key::Jog(..) | Key::Lift(_), Stroke::Repeat) => self.repeat(at),
             // A repeated character has no further effect. The stop of the space key stays set without it.
             (_, Stroke::Repeat) => {}
             (key, Stroke::Down) => self.select(key),
@@ -97,7 +115,8 @@ impl Keys {
             }
             return OperatorInput { armed: self.armed, ..OperatorInput::default() };
         }
-        OperatorInput { velocity: self.velocity(), turned_mm: self.wheel.take_mm(), armed: self.armed }
+        let (turned, (velocity, up)) = (self.wheel.take_mm(), self.velocity());
+        OperatorInput { velocity, turned_mm: turned.plane(), up, turned_up_mm: turned.z, armed: self.armed }
     }
 
     /// Takes the next command that the operator gave.
@@ -133,24 +152,31 @@ impl Keys {
         if self.armed {
             status += ", ARMED";
         }
+        if let Some(digits) = &self.crossing {
+            status = format!("cross to contour {digits}_: digits, then enter");
+        }
         if self.stopped {
             status += ", stopped: press a key";
         }
         status
     }
 
-    fn velocity(&self) -> Mm2 {
-        let sum = self.held.iter().fold((0, 0), |sum, held| (sum.0 + held.0.0, sum.1 + held.0.1));
-        let (x, y) = (f64::from(sum.0.signum()), f64::from(sum.1.signum()));
-        let scale = SPEEDS[self.speed] / x.hypot(y).max(1.0);
-        Mm2::new(x, y) * scale
+    /// The velocity in the plane, and upward.
+    fn velocity(&self) -> (Mm2, f64) {
+        let along =
+            |axis: fn(Push) -> i8| f64::from(self.held.iter().map(|held| axis(held.0)).sum::<i8>().signum());
+        let plane = Mm2::new(along(|push| push.0), along(|push| push.1));
+        let share = SPEEDS[self.speed];
+        (plane * (share / plane.length().max(1.0)), along(|push| push.2) * share)
     }
 
-    fn press(&mut self, towards: (i8, i8), at: Time) {
+    fn press(&mut self, towards: Push, at: Time) {
         self.stopped = false;
+        self.crossing = None;
         if self.stepping {
             self.wheel.turn_axis(WheelAxis::X, towards.0.into());
             self.wheel.turn_axis(WheelAxis::Y, towards.1.into());
+            self.wheel.turn_axis(WheelAxis::Z, towards.2.into());
             return;
         }
         self.held.retain(|held| held.0 != towards && at < held.1);
@@ -168,7 +194,7 @@ impl Keys {
         self.hold_all(at.after(HELD));
     }
 
-    fn release(&mut self, towards: (i8, i8), at: Time) {
+    fn release(&mut self, towards: Push, at: Time) {
         self.held.retain(|held| held.0 != towards && at < held.1);
         // The other held keys do not repeat any more. They last until a first repeat would be overdue.
         self.hold_all(at.after(FIRST_REPEAT));
@@ -189,7 +215,29 @@ impl Keys {
     /// Acts on a key that does not jog.
     fn select(&mut self, key: Key) {
         self.stopped = false;
+        if let Some(mut digits) = self.crossing.take() {
+            match key {
+                Key::Character(digit @ '0'..='9') if digits.len() < DIGITS_MAX => {
+                    digits.push(digit);
+                    self.crossing = Some(digits);
+                    return;
+                }
+                Key::Character('\n') => {
+                    if let Ok(contour) = digits.parse() {
+                        self.give(OperatorCommand::Cross { contour });
+                    }
+                    return;
+                }
+                _ => {}
+            }
+        }
         match key {
+            Key::Character('u') => self.give(OperatorCommand::Raise),
+            Key::Character('c') => self.crossing = Some(String::new()),
+            Key::Character('m') => {
+                self.spindle = !self.spindle;
+                self.give(OperatorCommand::Spindle { runs: self.spindle });
+            }
             Key::Interrupt | Key::Character('q') => self.give(OperatorCommand::Stop),
             Key::Character(' ') => self.stop(),
             Key::Character('a') => self.armed = !self.armed,
@@ -360,6 +408,29 @@ mod tests {
             keys.take(UP, Stroke::Down, ms(30));
             assert!(!keys.stopped() && velocity(&mut keys, 31) == Mm2::new(0.0, 1.0));
         }
+    }
+
+    #[test]
+    fn plus_and_minus_move_the_third_axis_and_c_crosses() {
+        let mut keys = fast(false);
+        keys.take(Key::Lift(-1), Stroke::Down, ms(0));
+        keys.take(RIGHT, Stroke::Down, ms(10));
+        let input = keys.input(Phase::Manual, ms(20));
+        assert_eq!((input.velocity, input.up), (Mm2::new(1.0, 0.0), -1.0));
+        assert_eq!(keys.input(Phase::Manual, ms(170)).up, 0.0);
+        for key in ['c', '1', '2', '\n', 'u', 'm', 'm', 'c', '3', 'p', '\n', 'c', '\n'] {
+            keys.take(Key::Character(key), Stroke::Down, ms(200));
+        }
+        let given: Vec<_> = std::iter::from_fn(|| keys.command()).collect();
+        let spindle = |runs| OperatorCommand::Spindle { runs };
+        let cross = OperatorCommand::Cross { contour: 12 };
+        assert_eq!(
+            given,
+            [cross, OperatorCommand::Raise, spindle(true), spindle(false), OperatorCommand::FeedHold]
+        );
+        keys.take(Key::Character('s'), Stroke::Down, ms(300));
+        keys.take(Key::Lift(1), Stroke::Down, ms(301));
+        assert_eq!(keys.input(Phase::Manual, ms(302)).turned_up_mm, 0.1);
     }
 
     #[test]

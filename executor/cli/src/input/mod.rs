@@ -27,6 +27,7 @@ mod testing {
             end_mm: None,
             unacknowledged: 0,
             position_mm: Some(Mm2::new(-20.0, 10.0)),
+            height_mm: None,
             wall_mm: Some(Mm2::new(0.0, 10.0)),
             part_box: Box2 { low: Mm2::ZERO, high: Mm2::new(100.0, 60.0) },
             phase,

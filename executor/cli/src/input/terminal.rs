@@ -330,6 +330,9 @@ fn decoded(event: KeyEvent) -> (Key, Stroke) {
         KeyCode::PageUp => Key::Jog(1, 1),
         KeyCode::End => Key::Jog(-1, -1),
         KeyCode::PageDown => Key::Jog(1, -1),
+        KeyCode::Char('+' | '=') => Key::Lift(1),
+        KeyCode::Char('-' | '_') => Key::Lift(-1),
+        KeyCode::Enter => Key::Character('\n'),
         KeyCode::Char(character) => Key::Character(character.to_ascii_lowercase()),
         _ => Key::Other,
     };

@@ -5,6 +5,7 @@
 //! the arm as a second-order lag.
 
 mod arm;
+mod climb;
 mod models;
 mod playback;
 mod recorder;
@@ -12,6 +13,7 @@ mod rounds;
 mod script;
 pub mod trace;
 
+pub use climb::Climb;
 use keepout_executor::operator::Operator;
 pub use models::{Model, ModelKind};
 pub use recorder::Recorder;
@@ -75,6 +77,7 @@ mod tests {
             end_mm: None,
             unacknowledged: 0,
             position_mm: Some(Mm2::new(-20.0, 10.0)),
+            height_mm: None,
             wall_mm: Some(Mm2::new(0.0, 10.0)),
             part_box: Box2 { low: Mm2::ZERO, high: Mm2::new(100.0, 60.0) },
             phase,

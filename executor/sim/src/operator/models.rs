@@ -8,6 +8,7 @@ use keepout_guard::Time;
 use keepout_planner::{Box2, Mm2};
 
 use super::arm::{DT, Lag, Reaction, Sticking, Tremor};
+use super::climb::{Climb, to_contact};
 
 /// The jogging behaviour of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +76,9 @@ pub struct Model {
     reaction: Reaction,
     tremor: Tremor,
     sticking: Sticking,
+    climb: Climb,
+    /// Whether the session has a third axis.
+    climbs: bool,
 }
 
 impl Model {
@@ -96,6 +100,8 @@ impl Model {
             reaction: Reaction::default(),
             tremor: Tremor::default(),
             sticking: Sticking::default(),
+            climb: Climb::default(),
+            climbs: false,
         }
     }
 
@@ -193,10 +199,12 @@ impl Operator for Model {
         if view.phase == Phase::Starting {
             return OperatorInput::default();
         }
+        self.climbs = view.height_mm.is_some();
         let began = *self.began.get_or_insert(now);
         let t = now.since(began).as_secs_f64();
         if t < self.jog_s {
-            return OperatorInput { velocity: self.steer(view, t), ..OperatorInput::default() };
+            let up = if view.height_mm.is_some() { self.climb.step(t, &mut self.random) } else { 0.0 };
+            return OperatorInput { velocity: self.steer(view, t), up, ..OperatorInput::default() };
         }
         let since = *self.armed_since.get_or_insert(now);
         if matches!(view.phase, Phase::Contouring | Phase::Touching) {
@@ -206,6 +214,9 @@ impl Operator for Model {
         self.over = waited > TOUCH_WITHIN || view.contoured && view.phase.is_steered();
         if self.over {
             return OperatorInput::default();
+        }
+        if let Some(input) = to_contact(view) {
+            return input;
         }
         let (Some(position), Some(wall)) = (view.position_mm, view.wall_mm) else {
             return OperatorInput::default();
@@ -221,7 +232,11 @@ impl Operator for Model {
     }
 
     fn command(&mut self) -> Option<OperatorCommand> {
-        self.over.then_some(OperatorCommand::Stop)
+        if self.over {
+            Some(OperatorCommand::Stop)
+        } else {
+            self.climbs.then(|| self.climb.command()).flatten()
+        }
     }
 }
 

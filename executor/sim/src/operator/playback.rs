@@ -46,12 +46,13 @@ impl Playback {
     /// wait for the next call.
     pub(super) fn at(&mut self, time: Duration) -> OperatorInput {
         let before = self.current();
-        let mut turned_mm = Mm2::ZERO;
+        let (mut turned_mm, mut turned_up_mm) = (Mm2::ZERO, 0.0);
         while let Some(&Step { at, input, command }) = self.steps.get(self.played)
             && at <= time
         {
             self.played += 1;
             turned_mm += input.turned_mm;
+            turned_up_mm += input.turned_up_mm;
             self.command = command;
             let next = self.steps.get(self.played);
             let command_follows = next.is_some_and(|next| next.at == at && next.command.is_some());
@@ -59,7 +60,7 @@ impl Playback {
                 break;
             }
         }
-        OperatorInput { turned_mm, ..self.current() }
+        OperatorInput { turned_mm, turned_up_mm, ..self.current() }
     }
 
     /// Whether a command waits.

@@ -1,5 +1,6 @@
 //! Records an operator's inputs as a [trace](super::trace).
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -10,7 +11,7 @@ use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
 use keepout_planner::Mm2;
 
-use super::trace::{FLAGS, HEADER, LINES_MAX, TRACE, TraceError};
+use super::trace::{HEADER, LINES_MAX, TRACE, TraceError, flag_of};
 
 /// Time between two flushes of a recording.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
@@ -65,7 +66,7 @@ impl<O, W: Write> Recorder<O, W> {
         let at = now.since(*self.began.get_or_insert(now));
         self.noted = at;
         // Turns are sums since the previous input, so an equal turn is a new one.
-        let changed = self.last.as_ref() != Some(input) || input.turned_mm != Mm2::ZERO;
+        let changed = self.last.as_ref() != Some(input) || input.turns();
         if changed {
             self.last = Some(*input);
             self.write(&line_of(at, input, None));
@@ -109,7 +110,7 @@ impl<O: Operator, W: Write> Operator for Recorder<O, W> {
     fn command(&mut self) -> Option<OperatorCommand> {
         let command = self.operator.command()?;
         if let Some(last) = self.last.filter(|_| self.notes) {
-            let still = OperatorInput { turned_mm: Mm2::ZERO, ..last };
+            let still = OperatorInput { turned_mm: Mm2::ZERO, turned_up_mm: 0.0, ..last };
             self.write(&line_of(self.noted, &still, Some(command)));
         }
         Some(command)
@@ -135,8 +136,13 @@ fn line_of(at: Duration, input: &OperatorInput, command: Option<OperatorCommand>
     let [velocity, turned] =
         [input.velocity, input.turned_mm].map(|pair| if pair.is_finite() { pair } else { Mm2::ZERO });
     let mut line = format!("{} {} {} {} {} ", stamp(at), velocity.x, velocity.y, turned.x, turned.y);
+    let [up, turned_up] =
+        [input.up, input.turned_up_mm].map(|number| if number.is_finite() { number } else { 0.0 });
+    if up != 0.0 || turned_up != 0.0 {
+        let _ = write!(line, "{up} {turned_up} ");
+    }
     line.extend(input.armed.then_some('a'));
-    line.extend(FLAGS.iter().filter(|flag| command == Some(flag.1)).map(|flag| flag.0));
+    line.extend(command.map(flag_of));
     if !input.armed && command.is_none() {
         line.push('-');
     }
@@ -174,6 +180,9 @@ mod tests {
             Some(OperatorCommand::FeedHold),
             Some(OperatorCommand::CycleStart),
             Some(OperatorCommand::Recover),
+            Some(OperatorCommand::Raise),
+            Some(OperatorCommand::Cross { contour: 12 }),
+            Some(OperatorCommand::Spindle { runs: false }),
         ];
         (0..500)
             .map(|_| {
@@ -184,6 +193,8 @@ mod tests {
                     } else {
                         Mm2::ZERO
                     },
+                    up: if random.bool() { number(&mut random) } else { 0.0 },
+                    turned_up_mm: if random.bool() { number(&mut random) } else { 0.0 },
                     armed: random.bool(),
                 };
                 (input, commands[random.usize(0..commands.len())])

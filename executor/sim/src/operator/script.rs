@@ -8,6 +8,10 @@
 //! 20.0       pause
 //! 25.0       resume
 //! 50.0       turn  0.05  -0.1          # handwheels, mm
+//! 52.0       up    -0.5                # third axis, −1 to 1
+//! 55.0       raise                     # to the safe height
+//! 57.0       spindle  runs             # or stands
+//! 58.0       cross  3                  # to contour 3
 //! 60.0       quit
 //! ```
 //!
@@ -41,8 +45,9 @@ pub enum ScriptError {
     Empty,
     /// A line is malformed.
     #[error(
-        "script line {number}: \"{line}\" is not \"SECONDS X Y [auto]\", \"SECONDS turn DX DY\" or \"SECONDS \
-         pause\" (resume, recover, quit), with times from 0 that do not go back"
+        "script line {number}: \"{line}\" is not \"SECONDS X Y [auto]\", \"SECONDS turn DX DY\", \"SECONDS up Z\", \
+         \"SECONDS cross CONTOUR\", \"SECONDS spindle runs\" (stands) or \"SECONDS pause\" (resume, recover, raise, \
+         quit), with times from 0 that do not go back"
     )]
     Line {
         /// Its number, from 1.
@@ -108,10 +113,16 @@ fn step(content: &str, armed: bool) -> Option<Step> {
     let still = OperatorInput { armed, ..OperatorInput::default() };
     let (input, command) = match *rest {
         ["quit"] => (OperatorInput::default(), Some(OperatorCommand::Stop)),
+        ["up", up] => (OperatorInput { up: number(up)?, ..still }, None),
+        ["cross", contour] => (still, Some(OperatorCommand::Cross { contour: contour.parse().ok()? })),
+        ["spindle", "runs"] => (still, Some(OperatorCommand::Spindle { runs: true })),
+        ["spindle", "stands"] => (still, Some(OperatorCommand::Spindle { runs: false })),
         [word] => (still, Some(command(word)?)),
         ["turn", dx, dy] => (OperatorInput { turned_mm: pair(dx, dy)?, ..still }, None),
         [x, y] => (OperatorInput { velocity: pair(x, y)?, ..OperatorInput::default() }, None),
-        [x, y, "auto"] => (OperatorInput { velocity: pair(x, y)?, armed: true, turned_mm: Mm2::ZERO }, None),
+        [x, y, "auto"] => {
+            (OperatorInput { velocity: pair(x, y)?, armed: true, ..OperatorInput::default() }, None)
+        }
         _ => return None,
     };
     Some(Step { at, input, command })
@@ -126,6 +137,7 @@ fn command(word: &str) -> Option<OperatorCommand> {
         "pause" => Some(OperatorCommand::FeedHold),
         "resume" => Some(OperatorCommand::CycleStart),
         "recover" => Some(OperatorCommand::Recover),
+        "raise" => Some(OperatorCommand::Raise),
         _ => None,
     }
 }

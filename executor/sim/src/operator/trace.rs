@@ -10,9 +10,11 @@
 //! ```
 //!
 //! Seconds count from the first input after the start of the machine. x and y are the deflection. `turned_x`
-//! and `turned_y` are the turns of the handwheels since the previous line, mm. Flags: `a` cycle armed, then
-//! at most one of `p` pause (feed hold), `r` resume (cycle start), `f` recover after a fault, `q` quit
-//! (stop), or `-` without flags. Numbers are written exactly.
+//! and `turned_y` are the turns of the handwheels since the previous line, mm. A line in which the third axis
+//! moves has two more numbers before the flags: its deflection, upward, and the turns of its handwheel. Flags:
+//! `a` cycle armed, then at most one of `p` pause (feed hold), `r` resume (cycle start), `f` recover after a
+//! fault, `q` quit (stop), `u` raise, `c3` cross to contour 3, `s` the spindle runs, `t` it stands, or `-`
+//! without flags. Numbers are written exactly.
 
 use std::io::{BufRead, BufReader, Read as _};
 use std::path::Path;
@@ -122,7 +124,7 @@ impl Operator for TraceOperator {
         }
         let time = now.since(*self.began.get_or_insert(now));
         let input = self.playback.at(time);
-        let due = self.playback.has_command() || input.turned_mm != Mm2::ZERO;
+        let due = self.playback.has_command() || input.turns();
         if !self.playback.over() || time <= self.end || due {
             input
         } else if view.phase == Phase::Contouring {
@@ -167,16 +169,25 @@ fn parse(line: &str, last: Option<Duration>) -> Result<Parsed, &'static str> {
     }
     match fields[1..] {
         ["end"] => Ok(Parsed::End(at)),
-        [x, y, turned_x, turned_y, flags] => {
-            let wrong = "a number is missing or not finite";
-            let pair = |x, y| Some(Mm2::new(number(x)?, number(y)?));
-            let velocity = pair(x, y).ok_or(wrong)?;
-            let turned_mm = pair(turned_x, turned_y).ok_or(wrong)?;
-            let (armed, command) = flags_of(flags).ok_or("the flags are not - or a and one of p, r, f, q")?;
-            Ok(Parsed::Step(Step { at, input: OperatorInput { velocity, turned_mm, armed }, command }))
+        [x, y, turned_x, turned_y, flags] => step(at, [x, y, turned_x, turned_y, "0", "0"], flags),
+        [x, y, turned_x, turned_y, up, turned_up, flags] => {
+            step(at, [x, y, turned_x, turned_y, up, turned_up], flags)
         }
-        _ => Err("not SECONDS X Y TURNED_X TURNED_Y FLAGS, or SECONDS end"),
+        _ => Err("not SECONDS X Y TURNED_X TURNED_Y FLAGS (with UP TURNED_UP before FLAGS), or SECONDS end"),
     }
+}
+
+fn step(at: Duration, numbers: [&str; 6], flags: &str) -> Result<Parsed, &'static str> {
+    let [Some(x), Some(y), Some(turned_x), Some(turned_y), Some(up), Some(turned_up_mm)] =
+        numbers.map(number)
+    else {
+        return Err("a number is missing or not finite");
+    };
+    let (armed, command) =
+        flags_of(flags).ok_or("the flags are not - or a and one of p, r, f, q, u, c and a number, s, t")?;
+    let (velocity, turned_mm) = (Mm2::new(x, y), Mm2::new(turned_x, turned_y));
+    let input = OperatorInput { velocity, turned_mm, up, turned_up_mm, armed };
+    Ok(Parsed::Step(Step { at, input, command }))
 }
 
 fn number(text: &str) -> Option<f64> {
@@ -194,12 +205,24 @@ fn seconds(text: &str) -> Option<Duration> {
     Some(Duration::from_secs(whole.parse().ok()?) + Duration::from_micros(micros))
 }
 
-pub(super) const FLAGS: [(char, OperatorCommand); 4] = [
-    ('p', OperatorCommand::FeedHold),
-    ('r', OperatorCommand::CycleStart),
-    ('f', OperatorCommand::Recover),
-    ('q', OperatorCommand::Stop),
+/// The flags of the commands, but for the crossing.
+const FLAGS: [(&str, OperatorCommand); 7] = [
+    ("p", OperatorCommand::FeedHold),
+    ("r", OperatorCommand::CycleStart),
+    ("f", OperatorCommand::Recover),
+    ("q", OperatorCommand::Stop),
+    ("u", OperatorCommand::Raise),
+    ("s", OperatorCommand::Spindle { runs: true }),
+    ("t", OperatorCommand::Spindle { runs: false }),
 ];
+
+/// The flag of a command.
+pub(super) fn flag_of(command: OperatorCommand) -> String {
+    match command {
+        OperatorCommand::Cross { contour } => format!("c{contour}"),
+        other => FLAGS.iter().find(|flag| flag.1 == other).map_or("", |flag| flag.0).into(),
+    }
+}
 
 fn flags_of(flags: &str) -> Option<(bool, Option<OperatorCommand>)> {
     if flags == "-" {
@@ -207,15 +230,14 @@ fn flags_of(flags: &str) -> Option<(bool, Option<OperatorCommand>)> {
     }
     let rest = flags.strip_prefix('a');
     let (armed, rest) = (rest.is_some(), rest.unwrap_or(flags));
-    let mut letters = rest.chars();
-    match (letters.next(), letters.next()) {
-        (None, _) => armed.then_some((true, None)),
-        (Some(letter), None) => {
-            let command = FLAGS.iter().find(|flag| flag.0 == letter)?.1;
-            Some((armed, Some(command)))
-        }
-        _ => None,
+    if rest.is_empty() {
+        return armed.then_some((true, None));
     }
+    let command = match rest.strip_prefix('c') {
+        Some(contour) => OperatorCommand::Cross { contour: contour.parse().ok()? },
+        None => FLAGS.iter().find(|flag| flag.0 == rest)?.1,
+    };
+    Some((armed, Some(command)))
 }
 
 #[cfg(test)]
@@ -239,6 +261,10 @@ mod tests {
             ("0 1 0 0 0 pa", "the flags"),
             ("0 1 0 0 0 --", "the flags"),
             ("0 1 0 0 0 apq", "the flags"),
+            ("0 1 0 0 0 c", "the flags"),
+            ("0 1 0 0 0 c-1", "the flags"),
+            ("0 1 0 0 0 1 a", "not SECONDS"),
+            ("0 1 0 0 0 1 nan a", "not finite"),
         ];
         for (line, reason) in wrong {
             let error = read(&format!("# a note\n\n0 0 0 0 0 -\n{line}\n")).unwrap_err();

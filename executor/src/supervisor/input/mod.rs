@@ -31,8 +31,20 @@ pub struct OperatorInput {
     pub velocity: Mm2,
     /// Turns of the handwheels since the last input, mm.
     pub turned_mm: Mm2,
+    /// Speed along the third axis as a share of its full speed, −1 to 1: upward when it is positive.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub up: f64,
+    /// Turns of the handwheel of the third axis since the last input, mm.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub turned_up_mm: f64,
     /// Whether the cycle is armed: a contact with the part then starts the contour.
     pub armed: bool,
+}
+
+/// Whether a file leaves the number out.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// A command of the operator. Each is an event, and counts once.
@@ -45,6 +57,18 @@ pub enum OperatorCommand {
     CycleStart,
     /// Begins again with the controller after a fault.
     Recover,
+    /// Raises the tool to the safe height, from anywhere.
+    Raise,
+    /// Raises the tool, crosses to the contour with this number, and lowers to just above the stock.
+    Cross {
+        /// The contour's number in the drawing.
+        contour: usize,
+    },
+    /// States whether the spindle runs. Below the top of the stock the tool only goes after this statement.
+    Spindle {
+        /// Whether it runs.
+        runs: bool,
+    },
     /// Stops the machine and ends the session.
     Stop,
 }
@@ -56,7 +80,14 @@ impl OperatorInput {
         let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
         let velocity = if self.velocity.is_finite() { self.velocity } else { Mm2::ZERO };
         let Mm2 { x, y } = self.turned_mm;
-        Self { velocity, turned_mm: Mm2::new(finite(x), finite(y)), ..self }
+        let (up, turned_up_mm) = (finite(self.up), finite(self.turned_up_mm));
+        Self { velocity, turned_mm: Mm2::new(finite(x), finite(y)), up, turned_up_mm, ..self }
+    }
+
+    /// Whether a handwheel was turned.
+    #[must_use]
+    pub fn turns(&self) -> bool {
+        self.turned_mm != Mm2::ZERO || self.turned_up_mm != 0.0
     }
 
     /// The input within its bounds: finite, the velocity at most 1 in length, and zero below the least
@@ -67,7 +98,8 @@ impl OperatorInput {
         let length = input.velocity.length();
         let deflected = length.is_finite() && length >= LEAST_DEFLECTION;
         let scale = if deflected { 1.0 / length.max(1.0) } else { 0.0 };
-        Self { velocity: input.velocity * scale, ..input }
+        let up = if input.up.abs() >= LEAST_DEFLECTION { input.up.clamp(-1.0, 1.0) } else { 0.0 };
+        Self { velocity: input.velocity * scale, up, ..input }
     }
 }
 
@@ -87,7 +119,7 @@ impl Aged {
 
     /// Whether the operator does not deflect the stick, whatever the age of the input.
     pub(super) fn is_centred(&self) -> bool {
-        self.input.velocity == Mm2::ZERO
+        self.input.velocity == Mm2::ZERO && self.input.up == 0.0
     }
 
     /// Whether there is no input, or it is too old.
@@ -100,9 +132,14 @@ impl Aged {
         self.at.map(|at| at.after(INPUT_STALE))
     }
 
+    /// The speed along the third axis, as a share. Zero for a stale input.
+    pub(super) fn up(&self, now: Time) -> f64 {
+        if self.is_stale(now) { 0.0 } else { self.input.up }
+    }
+
     /// The jog velocity. `None` for a centred stick or a stale input.
     pub(super) fn jog_velocity(&self, now: Time) -> Option<Mm2> {
-        (!self.is_stale(now) && !self.is_centred()).then_some(self.input.velocity)
+        (!self.is_stale(now) && self.input.velocity != Mm2::ZERO).then_some(self.input.velocity)
     }
 }
 
@@ -122,12 +159,16 @@ mod tests {
             let raw = OperatorInput {
                 velocity: Mm2::new(number(), number()),
                 turned_mm: Mm2::new(number(), number()),
+                up: number(),
+                turned_up_mm: number(),
                 armed: true,
             };
             let input = raw.normalised();
             let length = input.velocity.length();
             assert!(length == 0.0 || (0.03..=1.0 + 1e-12).contains(&length), "{raw:?}");
             assert!(input.turned_mm.is_finite() && input.armed);
+            assert!(input.up == 0.0 || (0.03..=1.0).contains(&input.up.abs()), "{raw:?}");
+            assert!(input.turned_up_mm.is_finite());
             assert_eq!(input, raw.finite().normalised());
         }
     }

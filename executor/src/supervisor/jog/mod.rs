@@ -2,6 +2,7 @@
 //!
 //! The planner only proposes targets. [`Guard::jog`] and [`Guard::retract`] decide.
 
+mod lift;
 mod pace;
 mod search;
 mod slide;
@@ -12,8 +13,9 @@ use std::time::Duration;
 use keepout_guard::{Certified, FreePlace, Guard, Interpolation, OnCancel, Time};
 use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::curve::nearest_unit;
-use keepout_kernel::{FreePoint, Point};
+use keepout_kernel::{FreePoint, Height, Point};
 use keepout_planner::Mm2;
+pub(super) use lift::Lift;
 use pace::LookAhead;
 pub use search::WallContact;
 use search::{Proposal, Push, Search, on_grid, part_of, vector};
@@ -72,6 +74,10 @@ pub(super) struct JogContext<'a> {
     pub(super) counts: &'a mut Counts,
     pub(super) commands: &'a mut Vec<Command>,
     pub(super) limits: Limits,
+    /// Rapid rate of the third axis, mm/s.
+    pub(super) lift_mm_s: f64,
+    /// Height below which the tool is not lowered.
+    pub(super) lowest: Height,
     pub(super) abilities: Abilities,
     pub(super) round_trip: Duration,
     pub(super) now: Time,

@@ -216,6 +216,7 @@ impl<'a> Scene<'a> {
                 position_mm: Some(start),
                 wall_mm: Some(paper.ground.shape.nearest(start)),
                 part_box: paper.ground.shape.bounds(),
+                height_mm: None,
                 end_mm: None,
                 unacknowledged: 0,
                 phase: Phase::Manual,

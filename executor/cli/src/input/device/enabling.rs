@@ -47,7 +47,8 @@ impl EnablingInterlock {
         let mut input = OperatorInput { armed: reading.armed, ..OperatorInput::default() };
         if self.rested == Some(reading.connection) {
             input.velocity = self.stick.deflection(reading.axes, reading.dead_man);
-            input.turned_mm = reading.turned_mm;
+            input.up = if reading.dead_man { reading.up } else { 0.0 };
+            (input.turned_mm, input.turned_up_mm) = (reading.turned_mm.plane(), reading.turned_mm.z);
         }
         Some(input)
     }
@@ -78,7 +79,7 @@ mod tests {
     #[test]
     fn stick_held_while_plugged_in_does_not_move_the_tool_until_it_was_at_rest() {
         let mut interlock = interlock();
-        let turned = Reading { turned_mm: Mm2::new(1.0, 0.0), ..reading(1.0, true) };
+        let turned = Reading { turned_mm: Mm2::new(1.0, 0.0).at_height(0.0), ..reading(1.0, true) };
         assert_eq!(interlock.input(&turned, FRESH), Some(OperatorInput::default()));
         assert_eq!(
             velocity(&mut interlock, &reading(0.0, true)),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use evdev::raw_stream::RawDevice;
 use evdev::{AbsoluteAxisCode, EventSummary, InputEvent, KeyCode, RelativeAxisCode, SynchronizationCode};
 
-use super::map::Mapping;
+use super::map::{Action, Mapping};
 use super::pad::{AxisRange, RawEvent, Snapshot};
 use super::reader::{Device, Devices};
 use super::{DeviceError, Wanted};
@@ -76,7 +76,9 @@ impl EvdevDevices {
 
     fn has_dead_man(&self, device: &RawDevice) -> bool {
         let keys = device.supported_keys();
-        keys.is_some_and(|keys| self.mapping.dead_men().any(|code| keys.contains(KeyCode::new(code))))
+        keys.is_some_and(|keys| {
+            self.mapping.with(Action::DeadMan).any(|code| keys.contains(KeyCode::new(code)))
+        })
     }
 
     /// The device, if its stick or its wheel is usable. A device with axes but no dead-man button serves only

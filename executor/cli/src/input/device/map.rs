@@ -11,10 +11,21 @@ pub enum Action {
     Arm,
     /// Gives an operator command.
     OperatorCommand(OperatorCommand),
-    /// Selects the other axis for the handwheel.
+    /// Moves the third axis while the operator holds it, upward or downward, if the stick is enabled.
+    Lift(Lift),
+    /// Selects the next axis for the handwheel.
     WheelAxis,
     /// Selects the next step size of the handwheel.
     WheelStep,
+}
+
+/// A direction of the third axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lift {
+    /// Upward.
+    Up,
+    /// Downward.
+    Down,
 }
 
 /// Axes, dials and buttons by their evdev codes.
@@ -42,15 +53,20 @@ const WHEELS: [u16; 2] = [0x07, 0x08];
 /// | east (B, ○) | thumb | third | pause (feed hold) |
 /// | south (A, ×) | second thumb | fourth | resume (cycle start) |
 /// | north (Y, △) | second top | | recover |
+/// | lower left, lower right shoulder | third, fourth (base) | | down, up |
+/// | west (X, □) | | | raise to the safe height |
 /// | mode (the logo) | seventh (base) | | quit |
-/// | select, left stick pressed | | first, second | other axis, next step of the handwheel |
-const BUTTONS: [(u16, Action); 20] = [
+/// | select, left stick pressed | | first, second | next axis, next step of the handwheel |
+const BUTTONS: [(u16, Action); 25] = [
     (0x136, Action::DeadMan),                                      // BTN_TL
     (0x137, Action::DeadMan),                                      // BTN_TR
     (0x13b, Action::Arm),                                          // BTN_START
     (0x131, Action::OperatorCommand(OperatorCommand::FeedHold)),   // BTN_EAST
     (0x130, Action::OperatorCommand(OperatorCommand::CycleStart)), // BTN_SOUTH
     (0x133, Action::OperatorCommand(OperatorCommand::Recover)),    // BTN_NORTH
+    (0x134, Action::OperatorCommand(OperatorCommand::Raise)),      // BTN_WEST
+    (0x138, Action::Lift(Lift::Down)),                             // BTN_TL2
+    (0x139, Action::Lift(Lift::Up)),                               // BTN_TR2
     (0x13c, Action::OperatorCommand(OperatorCommand::Stop)),       // BTN_MODE
     (0x13a, Action::WheelAxis),                                    // BTN_SELECT
     (0x13d, Action::WheelStep),                                    // BTN_THUMBL
@@ -60,6 +76,8 @@ const BUTTONS: [(u16, Action); 20] = [
     (0x122, Action::OperatorCommand(OperatorCommand::CycleStart)), // BTN_THUMB2
     (0x124, Action::OperatorCommand(OperatorCommand::Recover)),    // BTN_TOP2
     (0x126, Action::OperatorCommand(OperatorCommand::Stop)),       // BTN_BASE
+    (0x128, Action::Lift(Lift::Down)),                             // BTN_BASE3
+    (0x129, Action::Lift(Lift::Up)),                               // BTN_BASE4
     (0x100, Action::WheelAxis),                                    // BTN_0
     (0x101, Action::WheelStep),                                    // BTN_1
     (0x102, Action::OperatorCommand(OperatorCommand::FeedHold)),   // BTN_2
@@ -80,8 +98,8 @@ impl Mapping {
         self.buttons.iter().find(|button| button.0 == code).map(|button| button.1)
     }
 
-    /// The dead-man buttons.
-    pub fn dead_men(&self) -> impl Iterator<Item = u16> + '_ {
-        self.buttons.iter().filter(|button| button.1 == Action::DeadMan).map(|button| button.0)
+    /// The buttons with an action.
+    pub fn with(&self, action: Action) -> impl Iterator<Item = u16> + '_ {
+        self.buttons.iter().filter(move |button| button.1 == action).map(|button| button.0)
     }
 }

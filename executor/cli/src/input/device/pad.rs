@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use keepout_executor::supervisor::OperatorCommand;
 use keepout_planner::Mm2;
 
-use super::map::{Action, Mapping};
+use super::map::{Action, Lift, Mapping};
 use crate::input::handwheel::Handwheel;
 
 /// An event of a device.
@@ -84,6 +84,9 @@ pub struct Pad {
     wheel: Handwheel,
 }
 
+/// Share of full speed of the buttons that move the third axis.
+const LIFT_SHARE: f64 = 0.3;
+
 /// Most events of one report. If a device sends more, its whole state is read instead.
 const REPORT_MAX: usize = 256;
 
@@ -151,7 +154,19 @@ impl Pad {
     /// Whether a dead-man button is held. False if the state is unknown.
     #[must_use]
     pub fn dead_man(&self) -> bool {
-        self.in_step && self.mapping.dead_men().any(|code| self.state.buttons.contains(&code))
+        self.holds(Action::DeadMan)
+    }
+
+    /// Speed along the third axis that the held buttons ask for, as a share of full speed, upward. Zero if the
+    /// state is unknown.
+    #[must_use]
+    pub fn up(&self) -> f64 {
+        let held = |lift| if self.holds(Action::Lift(lift)) { LIFT_SHARE } else { 0.0 };
+        held(Lift::Up) - held(Lift::Down)
+    }
+
+    fn holds(&self, action: Action) -> bool {
+        self.in_step && self.mapping.with(action).any(|code| self.state.buttons.contains(&code))
     }
 
     /// Whether the cycle is armed.
@@ -203,13 +218,13 @@ impl Pad {
 
     fn press(&mut self, action: Action) {
         match action {
-            Action::DeadMan => {}
+            Action::DeadMan | Action::Lift(_) => {}
             Action::Arm => self.armed = !self.armed,
             Action::OperatorCommand(command) if self.commands.len() < COMMANDS_MAX => {
                 self.commands.push(command);
             }
             Action::OperatorCommand(_) => {}
-            Action::WheelAxis => self.wheel.swap_axis(),
+            Action::WheelAxis => self.wheel.next_axis(),
             Action::WheelStep => self.wheel.set_step(self.wheel.step().next()),
         }
     }
@@ -217,10 +232,14 @@ impl Pad {
 
 #[cfg(test)]
 mod tests {
+    use keepout_planner::Mm3;
+
     use super::*;
     use crate::input::handwheel::{StepSize, WheelAxis};
 
     const TL: u16 = 0x136;
+    const TL2: u16 = 0x138;
+    const TR2: u16 = 0x139;
     const START: u16 = 0x13b;
     const EAST: u16 = 0x131;
 
@@ -237,6 +256,23 @@ mod tests {
 
     fn button(code: u16, down: bool) -> RawEvent {
         RawEvent::Button { code, down }
+    }
+
+    #[test]
+    fn lower_shoulders_move_the_third_axis_while_they_are_held() {
+        let mut pad = pad();
+        let mut press = |code, down| {
+            pad.take(RawEvent::Button { code, down });
+            pad.take(RawEvent::Report);
+            pad.up()
+        };
+        assert_eq!(press(TL2, true), -LIFT_SHARE);
+        assert_eq!(press(TR2, true), 0.0, "both");
+        assert_eq!(press(TL2, false), LIFT_SHARE);
+        assert_eq!(press(TR2, false), 0.0);
+        press(TR2, true);
+        pad.lose();
+        assert_eq!(pad.up(), 0.0);
     }
 
     #[test]
@@ -309,7 +345,7 @@ mod tests {
         feed(&mut pad, &[RawEvent::Report, turned(-1), RawEvent::Turned { code: 0, pulses: 9 }]);
         feed(&mut pad, &[RawEvent::Report]);
         assert_eq!((pad.wheel().axis(), pad.wheel().step()), (WheelAxis::Y, StepSize::Millimetre));
-        assert_eq!(pad.wheel().take_mm(), Mm2::new(0.2, -1.0));
+        assert_eq!(pad.wheel().take_mm(), Mm3::new(0.2, -1.0, 0.0));
     }
 
     #[test]
@@ -334,8 +370,9 @@ mod tests {
             let Mm2 { x, y } = pad.axes();
             assert!(x.abs() <= 1.0 && y.abs() <= 1.0);
             assert!(pad.in_step() || !pad.dead_man() && !pad.armed() && (x, y) == (0.0, 0.0));
-            let Mm2 { x: dx, y: dy } = pad.wheel().take_mm();
-            assert!(dx.abs() <= 10.0 && dy.abs() <= 10.0);
+            let Mm3 { x: dx, y: dy, z: dz } = pad.wheel().take_mm();
+            assert!(dx.abs() <= 10.0 && dy.abs() <= 10.0 && dz.abs() <= 10.0);
+            assert!(pad.up().abs() <= LIFT_SHARE && (pad.in_step() || pad.up() == 0.0));
             if !pad.in_step() && random.u8(0..5) == 0 {
                 let range = AxisRange { low: random.i32(..), high: random.i32(..) };
                 let axes = Some([(range, random.i32(..)); 2]);

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use keepout_executor::operator::Panel;
 use keepout_executor::supervisor::OperatorCommand;
-use keepout_planner::Mm2;
+use keepout_planner::{Mm2, Mm3};
 
 use super::DeviceError;
 use super::map::Mapping;
@@ -53,12 +53,14 @@ pub struct Reading {
     pub axes: Mm2,
     /// Whether a dead-man button is held.
     pub dead_man: bool,
+    /// Speed along the third axis, as a share of full speed, upward.
+    pub up: f64,
     /// Whether the cycle is armed.
     pub armed: bool,
     /// Commands since the last reading, in order.
     pub commands: Vec<OperatorCommand>,
     /// Distance that the handwheels were turned since the session loop last took it, mm.
-    pub turned_mm: Mm2,
+    pub turned_mm: Mm3,
     /// Status line with the handwheel's axis and step size.
     pub status: String,
 }
@@ -95,7 +97,7 @@ impl<D: Devices> Reader<D> {
     ///
     /// [`Self::round`] leaves it out of its readings. So the bound on pulses holds for each input, for any
     /// number of readings between two inputs.
-    pub fn take_turned_mm(&mut self) -> Mm2 {
+    pub fn take_turned_mm(&mut self) -> Mm3 {
         self.pad.wheel().take_mm()
     }
 
@@ -165,9 +167,10 @@ impl<D: Devices> Reader<D> {
             known: self.device.is_some() && self.pad.in_step(),
             axes: self.pad.axes(),
             dead_man: self.pad.dead_man(),
+            up: self.pad.up(),
             armed: self.pad.armed(),
             commands: self.pad.take_commands(),
-            turned_mm: Mm2::ZERO,
+            turned_mm: Mm3::ZERO,
             status,
         }
     }
