@@ -11,7 +11,10 @@ use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::plan::PlanParameters;
 use keepout_planner::request::PlanRequest;
 use keepout_sim::operator;
-use keepout_sim::session::{SimResult, SimRun, run_simulated};
+use keepout_sim::session::{Scene, SimResult, SimRun, run_simulated};
+
+/// A dialect description with a third axis.
+const DESCRIBED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/described/three-axes.toml");
 
 fn machine() -> MachineProfile {
     MachineProfile { z: Some(ZProfile::simulated()), ..MachineProfile::simulated() }
@@ -42,10 +45,17 @@ fn session(entry: EntryMove, dialect: DialectName, seed: u64) -> SimResult {
 }
 
 #[test]
+fn dialect_of_two_axes_is_refused() {
+    let run = SimRun { machine: machine(), dialect: DialectName::Venus, ..SimRun::default() };
+    let refused = Scene::of(work(EntryMove::Plunge), &run).unwrap_err().to_string();
+    assert!(refused.starts_with("the plan has depths, and the dialect venus moves two axes"), "{refused}");
+}
+
+#[test]
 fn whole_part_is_cut_from_solid_stock_by_a_plunging_operator() {
-    for (dialect, entry) in
-        [("grbl", EntryMove::default()), ("grblhal", EntryMove::Plunge), ("zaber", EntryMove::default())]
-    {
+    let (ramp, plunge) = (EntryMove::default(), EntryMove::Plunge);
+    let sessions = [("grbl", ramp), ("grblhal", plunge), ("zaber", plunge), (DESCRIBED, plunge)];
+    for (dialect, entry) in sessions {
         let result = session(entry, DialectName::named(dialect).unwrap(), 3);
         let facts = &result.facts;
         assert_eq!(facts.deepest_mm, Some(0.0), "{dialect}: {facts:?}");

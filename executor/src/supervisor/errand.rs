@@ -89,11 +89,7 @@ impl Supervisor {
         if up == 0.0 && turned_mm == 0.0 && errand.is_none() {
             return false;
         }
-        let lowers = up < 0.0 || turned_mm < 0.0;
-        if lowers && self.waits_for_spindle() {
-            self.operation.turned_up_mm = 0.0;
-            return true;
-        }
+        let waits = (up < 0.0 || turned_mm < 0.0) && self.waits_for_spindle();
         let lowest = if self.operation.spindle.is_none() { near_stock() } else { Height::LOWEST };
         let mut context = JogContext {
             guard: &mut self.guard,
@@ -110,7 +106,12 @@ impl Supervisor {
             State::Manual(planner) | State::Sliding(planner) | State::Escaping(planner) => planner,
             _ => return false,
         };
-        if up != 0.0 {
+        if !planner.rests_in_plane(&mut context) {
+            return true;
+        }
+        if waits {
+            self.operation.turned_up_mm = 0.0;
+        } else if up != 0.0 {
             planner.lift(up, &mut context);
         } else if turned_mm != 0.0 {
             self.operation.turned_up_mm = turned(planner, turned_mm, &mut context);

@@ -67,6 +67,9 @@ struct Arguments {
     /// Stop at the first verdict, without the search for a smaller session.
     #[arg(long)]
     first: bool,
+    /// Only drawings with depths, on machines with three axes.
+    #[arg(long)]
+    three_axes: bool,
     /// Simulate the feed drives in every session.
     #[arg(long)]
     driven: bool,
@@ -77,6 +80,8 @@ struct Totals {
     sessions: AtomicU64,
     worlds: AtomicU64,
     millis: AtomicU64,
+    /// Of these, with three axes.
+    deep_millis: AtomicU64,
     jogs: AtomicU64,
     contour_motions: AtomicU64,
     cancels: AtomicU64,
@@ -90,12 +95,14 @@ struct Totals {
 }
 
 impl Totals {
-    fn add(&self, outcome: &Outcome) {
+    fn add(&self, outcome: &Outcome, deep: bool) {
         let add = |counter: &AtomicU64, value: u64| {
             counter.fetch_add(value, Ordering::Relaxed);
         };
         add(&self.sessions, 1);
-        add(&self.millis, Duration::from_secs_f64(outcome.seconds).as_millis().try_into().unwrap_or(0));
+        let millis = Duration::from_secs_f64(outcome.seconds).as_millis().try_into().unwrap_or(0);
+        add(&self.millis, millis);
+        add(&self.deep_millis, if deep { millis } else { 0 });
         add(&self.jogs, outcome.counts.jogs);
         add(&self.contour_motions, outcome.counts.contour_motions);
         add(&self.cancels, outcome.counts.cancels);
@@ -128,8 +135,9 @@ impl Totals {
     fn print(&self) {
         let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         println!(
-            "{:.1} simulated hours, {} sessions, {} drawings",
+            "{:.1} simulated hours, {:.1} of them with three axes, {} sessions, {} drawings",
             self.hours(),
+            Duration::from_millis(get(&self.deep_millis)).as_secs_f64() / 3600.0,
             get(&self.sessions),
             get(&self.worlds)
         );
@@ -175,9 +183,12 @@ fn main() -> ExitCode {
 }
 
 fn worlds(arguments: &Arguments) -> Result<Worlds, String> {
-    let described = concat!(env!("CARGO_MANIFEST_DIR"), "/../executor/dialects/nsk-style.toml");
+    let described = [
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../executor/dialects/nsk-style.toml"),
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../executor/sim/tests/described/three-axes.toml"),
+    ];
     let names: Vec<&str> = if arguments.dialect.is_empty() {
-        DialectName::NAMES.into_iter().chain([described]).collect()
+        DialectName::NAMES.into_iter().chain(described).collect()
     } else {
         arguments.dialect.iter().map(String::as_str).collect()
     };
@@ -187,7 +198,7 @@ fn worlds(arguments: &Arguments) -> Result<Worlds, String> {
     let real = shared.map_or(Vec::new(), |shared| {
         REAL_DRAWINGS.iter().map(|(name, _)| shared.join("dxf/dev").join(name)).collect()
     });
-    Ok(Worlds { real, languages })
+    Ok(Worlds { real, languages, three_axes: arguments.three_axes })
 }
 
 fn fault_named(name: &str) -> Option<HostileFault> {
@@ -248,7 +259,7 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
                     for mut spec in arguments.sessions(number) {
                         spec.driven |= arguments.driven;
                         let outcome = play(&world, &spec);
-                        totals.add(&outcome);
+                        totals.add(&outcome, world.place.z.is_some());
                         let calm = spec.faults.is_empty() && !arguments.first;
                         if let Some(fault) = outcome.fault.as_ref().filter(|_| calm) {
                             failed.store(true, Ordering::Relaxed);

@@ -51,6 +51,8 @@ pub struct Worlds {
     pub real: Vec<PathBuf>,
     /// The dialects of the controllers.
     pub languages: Vec<DialectName>,
+    /// Whether all drawings have depths.
+    pub three_axes: bool,
 }
 
 /// One world in this many has a real drawing, if there are real drawings.
@@ -75,7 +77,10 @@ impl Worlds {
         let mut request = request(&mut random);
         // From another source, so that the worlds of two axes are the same as ever.
         let mut of_depth = Rng::with_seed(seed ^ 0xdee9);
-        if language.has_third_axis() && of_depth.bool() {
+        if self.three_axes && !language.has_third_axis() {
+            return None;
+        }
+        if language.has_third_axis() && (of_depth.bool() || self.three_axes) {
             machine.z = Some(ZProfile {
                 steps_per_mm: [80.0, 400.0, 1600.0][of_depth.usize(0..3)],
                 repeatability_mm: [0.0, 0.004, 0.02][of_depth.usize(0..3)],

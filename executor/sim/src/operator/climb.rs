@@ -18,9 +18,9 @@ pub struct Climb {
 const CROSS_MM: f64 = 3.0;
 const START_MM: f64 = -0.8;
 /// Distance of the place beside the part where the tool lowers, mm.
-const BESIDE_MM: f64 = 14.0;
+const BESIDE_MM: f64 = 16.0;
 /// Distance from that place at which it lowers, mm.
-const NEAR_MM: f64 = 4.0;
+const NEAR_MM: f64 = 8.0;
 
 impl Climb {
     /// The speed along the axis at `t` seconds. The model plunges as often as it rises, and sometimes starts an
@@ -69,7 +69,7 @@ pub(super) fn to_contact(view: &OperatorView) -> Option<OperatorInput> {
         if height_mm < CROSS_MM {
             return up(1.0);
         }
-        let share = (away.length() / 80.0).clamp(0.04, 0.8);
+        let share = (away.length() / 80.0).clamp(0.05, 0.4);
         return Some(OperatorInput { velocity: away / away.length() * share, ..still });
     }
     up(-((height_mm - START_MM) / 20.0).clamp(0.03, 0.5))

@@ -38,6 +38,18 @@ impl JogPlanner {
             && (context.abilities.queues || guard.in_position())
     }
 
+    /// Cancels a jog in the plane, which may be long. Returns whether none is under way any more. A jog that cannot be
+    /// cancelled is short.
+    pub(in crate::supervisor) fn rests_in_plane(&mut self, context: &mut JogContext<'_>) -> bool {
+        if context.guard.in_position() || !context.abilities.cancels() {
+            self.heading = None;
+        }
+        if self.heading.is_some() {
+            self.cancel(context);
+        }
+        self.heading.is_none()
+    }
+
     /// Moves the tool at a share of the axis's speed: upward when it is positive.
     pub(in crate::supervisor) fn lift(&mut self, share: f64, context: &mut JogContext<'_>) -> Lift {
         let Some(end) = context.guard.end() else { return Lift::Ends };
