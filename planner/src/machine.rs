@@ -193,6 +193,12 @@ impl MachineProfile {
         }
     }
 
+    /// The same machine with a third axis.
+    #[must_use]
+    pub fn simulated_three_axes() -> Self {
+        Self { z: Some(ZProfile::simulated()), ..Self::simulated() }
+    }
+
     /// Reads a profile from a TOML file.
     ///
     /// # Errors

@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 
 use keepout_kernel::offset::Outline;
-use keepout_kernel::{Point, Side, UNITS_PER_MM};
+use keepout_kernel::{Point, ProhibitedRegion, Side, UNITS_PER_MM};
 
 use crate::Mm2;
 use crate::contour::{ContourName, ContourShape, short};
 use crate::finish::{FinishingLoop, centre_distance};
 use crate::job::LoopNumber;
 use crate::mesh::Mesh;
-use crate::plan::{CertifiedPlan, Provenance};
+use crate::plan::{CertifiedPlan, Provenance, Walls};
 use crate::reach::{Reach, reaches};
 use crate::units::{along_mm, length_up_from_mm, mm, point_from_mm};
 
@@ -34,9 +34,20 @@ pub struct PlannedContour {
     pub loops: Vec<LoopNumber>,
 }
 
+impl PlannedContour {
+    /// Whether the contour is the foot of a wall. Between faces of the same height there is none.
+    #[must_use]
+    pub fn has_wall(&self) -> bool {
+        self.reach.length_mm > 0.0
+    }
+}
+
 impl std::fmt::Display for PlannedContour {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { name, reach, loops } = self;
+        if !self.has_wall() {
+            return write!(f, "{name}: no wall, the faces on both sides have the same height");
+        }
         match (loops.len(), reach.is_whole()) {
             (0, _) => write!(f, "{name}: WILL NOT BE CUT, the tool does not fit"),
             (_, true) => write!(f, "{name}: planned"),
@@ -83,7 +94,8 @@ impl CertifiedPlan {
     #[must_use]
     pub fn shortfalls(&self) -> Vec<Shortfall> {
         let contours = self.contours().iter().enumerate();
-        let short = contours.filter(|(_, each)| each.reach.left_mm > SHARE_LEFT * each.reach.length_mm);
+        let short = contours
+            .filter(|(_, each)| each.has_wall() && each.reach.left_mm > SHARE_LEFT * each.reach.length_mm);
         let mut mesh: Option<Option<Mesh>> = None;
         let outlines = self.plan.profile.outlines(&self.part);
         let fits = |(number, (contour, each)): (usize, (usize, &PlannedContour))| {
@@ -217,7 +229,7 @@ fn planned(plan: &CertifiedPlan) -> Vec<PlannedContour> {
     let degrees = plan.plan.provenance.turned_degrees();
     let side: Side = plan.plan.side.into();
     let d = centre_distance(profile, &plan.plan.zones, plan.finishing);
-    let reaches = reaches(&profile.outlines(&plan.part), &plan.plan.finish().loops, d);
+    let reaches = wall_reaches(plan, d);
     let mut contours: Vec<PlannedContour> = profile
         .loops
         .iter()
@@ -233,35 +245,59 @@ fn planned(plan: &CertifiedPlan) -> Vec<PlannedContour> {
             }
         })
         .collect();
-    let rings = RingOf::new(plan);
-    for (pass, each) in plan.plan.passes.iter().enumerate() {
-        for (index, each) in each.path.loops.iter().enumerate() {
-            for contour in rings.beside(plan, each) {
-                contours[contour].loops.push(LoopNumber { pass, index });
+    let at_a_depth = plan.plan.passes_at_a_depth();
+    for (walls, first) in plan.walls.iter().zip((0..).step_by(at_a_depth)) {
+        let rings = RingOf::new(plan, walls);
+        for (pass, each) in plan.plan.passes.iter().enumerate().skip(first).take(at_a_depth) {
+            for (index, each) in each.path.loops.iter().enumerate() {
+                for contour in rings.beside(each) {
+                    contours[contour].loops.push(LoopNumber { pass, index });
+                }
             }
         }
     }
     contours
 }
 
-/// The contour of each edge of the part. Edges of keep-out zones come after them.
-struct RingOf(Vec<usize>);
+/// How much of each contour the last pass at its greatest depth cuts. A contour at no depth, such as that of a face
+/// as high as the stock around it, has no wall: nothing of it is left.
+fn wall_reaches(plan: &CertifiedPlan, d: f64) -> Vec<Reach> {
+    let mut found: Vec<Option<Reach>> = vec![None; plan.plan.profile.loops.len()];
+    for walls in plan.walls.iter().rev() {
+        let deepest: Vec<usize> =
+            (0..walls.contours.len()).filter(|&index| found[walls.contours[index]].is_none()).collect();
+        let outlines: Vec<Outline> = deepest.iter().map(|&index| walls.outlines[index].clone()).collect();
+        let loops = &plan.plan.passes[walls.pass].path.loops;
+        for (index, reach) in deepest.into_iter().zip(reaches(&outlines, loops, d)) {
+            found[walls.contours[index]] = Some(reach);
+        }
+    }
+    found.into_iter().map(Option::unwrap_or_default).collect()
+}
 
-impl RingOf {
-    fn new(plan: &CertifiedPlan) -> Self {
-        let rings = plan.part.region().rings().iter().enumerate();
-        Self(rings.flat_map(|(index, ring)| ring.segments().map(move |_| index)).collect())
+/// The contour of each edge of what stands at a depth. Edges of keep-out zones come after them.
+struct RingOf<'a> {
+    region: &'a ProhibitedRegion,
+    contours: Vec<usize>,
+}
+
+impl<'a> RingOf<'a> {
+    fn new(plan: &'a CertifiedPlan, walls: &Walls) -> Self {
+        let region = plan.region(plan.plan.passes[walls.pass].height);
+        let rings = region.region().rings().iter().zip(&walls.contours);
+        let contours = rings.flat_map(|(ring, &contour)| ring.segments().map(move |_| contour)).collect();
+        Self { region, contours }
     }
 
     /// The contours that a loop cuts: those nearest to its motions.
-    fn beside(&self, plan: &CertifiedPlan, each: &FinishingLoop) -> BTreeSet<usize> {
+    fn beside(&self, each: &FinishingLoop) -> BTreeSet<usize> {
         let mut hint = None;
         let mut found = BTreeSet::new();
         for curve in &each.curves {
             let Some(middle) = point_from_mm(along_mm(curve, 0.5).0).ok() else { continue };
-            let Some(nearest) = plan.part.index().nearest(middle, hint) else { continue };
+            let Some(nearest) = self.region.index().nearest(middle, hint) else { continue };
             hint = Some(nearest.edge);
-            found.extend(self.0.get(nearest.edge));
+            found.extend(self.contours.get(nearest.edge));
         }
         found
     }

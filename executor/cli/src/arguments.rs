@@ -10,6 +10,7 @@ use keepout_planner::profile::MachinedSide;
 use keepout_planner::select::InkSide;
 use serde::Deserialize;
 
+use crate::depth::DepthArguments;
 use crate::run_arguments::RunArguments;
 use crate::shown_unit::ShownUnit;
 use crate::values::{length, pair, pass, time};
@@ -325,6 +326,8 @@ pub(crate) struct PlanArguments {
     /// Cutting direction, for a cutter that turns clockwise seen from above. Without it: conventional.
     #[arg(long, value_enum)]
     pub(crate) cut: Option<CutArgument>,
+    #[command(flatten)]
+    pub(crate) depth: DepthArguments,
     /// A stored machine; see `keepout machine`.
     #[arg(long, value_name = "NAME", conflicts_with = "machine_profile")]
     pub(crate) machine: Option<String>,

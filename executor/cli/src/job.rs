@@ -12,6 +12,7 @@ use keepout_planner::text_file;
 use serde::Deserialize;
 
 use super::arguments::{CutArgument, SideArgument, StrokeArgument};
+use super::depth::DepthArguments;
 use super::run_arguments::JobReport;
 use super::shown_unit::ShownUnit;
 use super::store::{SIMULATED, StoredMachine, StoredTool};
@@ -50,6 +51,8 @@ pub struct JobFile {
     pub keep_out_layers: Vec<String>,
     pub travel_layer: Option<String>,
     pub at: Vec<[f64; 2]>,
+    /// The third axis, as the arguments of `keepout plan`.
+    pub depth: DepthArguments,
     /// Unit of the lengths on the screen.
     pub display: Option<ShownUnit>,
 }
@@ -197,6 +200,7 @@ impl JobFolder {
             travel_layer: given.travel_layer.clone().or_else(|| file.travel_layer.clone()),
             pass: given_or(&given.pass, &passes),
             cut: given.cut.or(file.cut),
+            depth: given.depth.or(&file.depth),
             machine: given
                 .machine
                 .clone()

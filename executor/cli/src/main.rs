@@ -5,6 +5,7 @@ mod arguments;
 mod before;
 mod conformance;
 mod demo;
+mod depth;
 mod display;
 mod doctor;
 #[cfg(all(test, unix))]

@@ -22,7 +22,7 @@ use keepout_planner::{plan_file, sha256};
 
 use super::job::{JobFolder, keep_earlier};
 use super::shell::print_lines;
-use super::store::StoredMachine;
+use super::store::{SIMULATED, StoredMachine};
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
 
 /// Default time limit for a drawing or a plan, s.
@@ -164,7 +164,11 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     let tool_diameter_mm = arguments.tool_diameter.ok_or_else(|| missing("--tool-diameter"))?;
     let machine = match (&arguments.machine_profile, &arguments.machine) {
         (Some(path), _) => MachineProfile::load(path)?,
+        (None, Some(name)) if name == SIMULATED && arguments.depth.thickness_mm.is_some() => {
+            MachineProfile::simulated_three_axes()
+        }
         (None, Some(name)) => StoredMachine::named(name)?.profile,
+        (None, None) if arguments.depth.thickness_mm.is_some() => MachineProfile::simulated_three_axes(),
         (None, None) => MachineProfile::simulated(),
     };
     let inputs = [Some(path), arguments.machine_profile.as_ref(), arguments.alignment.as_ref()];
@@ -179,6 +183,7 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         request.choice.placed = AlignmentFile::load(alignment)?.placed();
     }
     apply_choices(&mut request, arguments, (tool_diameter_mm, stock_to_leave_mm));
+    request.job.depth = arguments.depth.parameters()?;
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let certified = make(path, &bytes, &request, &machine, arguments.drawing.limit_s)?;
     let replaced = match &job {

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use keepout_executor::session::log::Header;
-use keepout_executor::session::place_on_table;
+use keepout_executor::session::PlacedZ;
+use keepout_executor::session::log::{Header, HeaderZ};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::Vector;
 use keepout_planner::job::{LoopNumber, Progress};
@@ -11,7 +11,7 @@ use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::mm;
 
 use super::replay::{Played, open};
-use super::run::simulated_machine;
+use super::run::{place, simulated_machine};
 use super::{CliError, RunArguments};
 
 /// A contour to cut again.
@@ -68,11 +68,22 @@ pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> 
     }
     let machine = match arguments.port {
         Some(_) => plan.plan.machine.clone(),
-        None => simulated_machine(arguments)?,
+        None => simulated_machine(arguments, plan)?,
     };
-    let Vector { dx, dy } = place_on_table(plan, &machine, arguments.origin_mm)?.offset;
-    if header.offset == (Vector { dx, dy }) || arguments.moved {
+    let now = place(plan, &machine, arguments)?;
+    let Vector { dx, dy } = now.offset;
+    let there = header.offset == now.offset && header.z.as_ref().map(HeaderZ::place) == now.z;
+    if there || arguments.moved {
         return Ok(());
+    }
+    if header.offset == now.offset {
+        let top = |z: Option<PlacedZ>| z.map_or("none".into(), |z| format!("{:.3}", mm(z.zero.units())));
+        return Err(CliError::Argument(format!(
+            "the run of --resume had the top of the part at z {}, this run has it at {}: the depths would not \
+             fit. Give the same --top-mm. If the tool was measured again, give --moved.",
+            top(header.z.as_ref().map(HeaderZ::place)),
+            top(now.z),
+        )));
     }
     let shown = |dx: i32, dy: i32| format!("{:.3},{:.3}", mm(dx), mm(dy));
     Err(CliError::Argument(format!(

@@ -11,8 +11,8 @@ use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, picture_of_run,
-    place_on_table,
+    EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, TablePlacement,
+    picture_of_run, place_on_table,
 };
 use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
@@ -111,7 +111,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
         Some(port) => on_port(work, port, arguments, (limit, jog), &operator, progress, &outputs),
         None => {
             let setup = set_up(arguments, &operator, jog.as_secs_f64(), real_time)?;
-            let run = SimRun { progress, ..simulation(arguments, limit)? };
+            let run = SimRun { progress, ..simulation(arguments, &work.plan, limit)? };
             if let Some(note) = note_of_drives(&work.plan, &run) {
                 eprintln!("note: {note}");
             }
@@ -141,17 +141,29 @@ fn answer_within(arguments: &RunArguments) -> Result<Duration, CliError> {
     }
 }
 
-/// The simulated machine, with the travel of the arguments.
-pub fn simulated_machine(arguments: &RunArguments) -> Result<MachineProfile, CliError> {
-    let machine = MachineProfile::simulated();
+/// The simulated machine, with the travel of the arguments. For a plan with depths it has the plan's third axis.
+pub fn simulated_machine(arguments: &RunArguments, plan: &CertifiedPlan) -> Result<MachineProfile, CliError> {
+    let z = plan.plan.relief.as_ref().and(plan.plan.machine.z.clone());
+    let machine = MachineProfile { z, ..MachineProfile::simulated() };
     match arguments.travel_mm {
         Some(Mm2 { x, y }) => Ok(MachineProfile { travel_mm: [x, y], ..machine }.checked()?),
         None => Ok(machine),
     }
 }
 
-fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliError> {
-    let machine = simulated_machine(arguments)?;
+/// The place of the drawing on the machine.
+pub fn place(
+    plan: &CertifiedPlan,
+    machine: &MachineProfile,
+    arguments: &RunArguments,
+) -> Result<TablePlacement, CliError> {
+    let place = place_on_table(plan, machine, arguments.origin_mm)?.with_top(plan, arguments.top_mm)?;
+    place.moved_by(&dialect_name(arguments)?)?;
+    Ok(place)
+}
+
+fn simulation(arguments: &RunArguments, plan: &CertifiedPlan, limit: Duration) -> Result<SimRun, CliError> {
+    let machine = simulated_machine(arguments, plan)?;
     let start = arguments.start_mm.map(|start| {
         point_from_mm(start).map_err(|error| CliError::Argument(format!("--start-mm: {error}")))
     });
@@ -167,6 +179,7 @@ fn simulation(arguments: &RunArguments, limit: Duration) -> Result<SimRun, CliEr
         limit,
         start: start.transpose()?,
         origin_mm: arguments.origin_mm,
+        top_mm: arguments.top_mm,
         progress: Progress::default(),
     })
 }
@@ -281,7 +294,12 @@ fn on_port(
 ) -> Result<ExitCode, CliError> {
     let machine = work.plan.plan.machine.clone();
     let dialect_name = dialect_name(arguments)?;
-    let place = place_on_table(&work.plan, &machine, arguments.origin_mm)?;
+    if machine.z.is_some() && work.plan.plan.relief.is_some() && arguments.top_mm.is_none() {
+        let reason = "the plan has depths: lower the tool to the top of the part, and give the machine's z there with \
+                      --top-mm";
+        return Err(CliError::Argument(reason.into()));
+    }
+    let place = place(&work.plan, &machine, arguments)?;
     let log = outputs.log.as_deref();
     let page = ConfirmPage {
         plan: &work.plan,

@@ -9,7 +9,7 @@ use keepout_planner::plan::FEEDS_MM_MIN;
 use crate::arguments::CertifyTime;
 use crate::resume::Recut;
 use crate::shown_unit::ShownUnit;
-use crate::values::pair;
+use crate::values::{length, pair};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum MachineArgument {
@@ -57,6 +57,9 @@ pub(crate) struct RunArguments {
     /// Machine coordinates of the drawing's origin, mm. A real machine needs this option or --alignment.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, group = "place")]
     pub(crate) origin_mm: Option<Mm2>,
+    /// Machine coordinate of the top of the part, mm, for a plan with depths. A real machine needs it.
+    #[arg(long, value_name = "Z", value_parser = length, allow_hyphen_values = true)]
+    pub(crate) top_mm: Option<f64>,
     /// Alignment file of `keepout align`, the same file as in `keepout plan`. It gives the drawing's origin.
     #[arg(long, value_name = "FILE", group = "place")]
     pub(crate) alignment: Option<PathBuf>,

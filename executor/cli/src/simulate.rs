@@ -20,6 +20,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 
 use super::plan::{given, load, refuse_same};
 use super::run::drives;
+use super::values::length;
 use super::{CertifyTime, CliError, pair};
 use crate::input::TerminalError;
 
@@ -32,6 +33,9 @@ pub struct SimulateArguments {
     /// Machine profile, a TOML file. Without it, the figures of the built-in simulated machine are used.
     #[arg(long, value_name = "FILE")]
     machine_profile: Option<PathBuf>,
+    /// The built-in machine with a third axis.
+    #[arg(long, conflicts_with = "machine_profile")]
+    three_axes: bool,
     /// Baud rate of the line.
     #[arg(long, default_value_t = 115_200)]
     baud: u32,
@@ -73,6 +77,9 @@ pub struct SimulateArguments {
     /// Machine coordinates of the drawing's origin, for --monitor, mm.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true)]
     origin_mm: Option<Mm2>,
+    /// Machine coordinate of the top of the part, for --monitor of a plan with depths, mm.
+    #[arg(long, value_name = "Z", value_parser = length, allow_hyphen_values = true)]
+    top_mm: Option<f64>,
 }
 
 pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
@@ -86,15 +93,20 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
         DialectName::named(&arguments.dialect).map_err(|error| CliError::Argument(error.to_string()))?;
     let machine = match &arguments.machine_profile {
         Some(path) => MachineProfile::load(path)?,
+        None if arguments.three_axes => MachineProfile::simulated_three_axes(),
         None => MachineProfile::simulated(),
     };
     let mut monitor = monitor(arguments, &machine)?;
     let known = arguments.state.as_deref().map(state).transpose()?.flatten();
     let settings = SimSettings {
         homed: arguments.homed,
-        ..SimSettings::of(machine.clone(), known.unwrap_or(arguments.start_mm.at_height(0.0)))
+        ..SimSettings::of(
+            machine.clone(),
+            known.unwrap_or(arguments.start_mm.at_height(if machine.z.is_some() { -1.0 } else { 0.0 })),
+        )
     };
-    let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed);
+    let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed)
+        .of_three_axes(machine.z.as_ref());
     let latency = Duration::from_millis(arguments.latency_ms);
     let drives =
         drives(&arguments.drives)?.and_then(|servo| ServoDrive::new(&servo, settings.start_mm.plane()));
@@ -125,7 +137,7 @@ fn monitor(
 ) -> Result<Option<CollisionMonitor>, CliError> {
     let Some(path) = &arguments.monitor else { return Ok(None) };
     let plan = load(path, arguments.time)?;
-    let place = place_on_table(&plan, machine, arguments.origin_mm)?;
+    let place = place_on_table(&plan, machine, arguments.origin_mm)?.with_top(&plan, arguments.top_mm)?;
     let zero = place.z.map_or(Height::ZERO, |z| z.zero);
     Ok(Some(CollisionMonitor::new(plan.levels, plan.plan.tool_radius, (place.offset, zero))))
 }

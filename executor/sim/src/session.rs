@@ -65,6 +65,8 @@ pub struct SimRun {
     pub start: Option<Point>,
     /// Machine coordinates of the drawing's origin, mm; `None` for the middle of the table.
     pub origin_mm: Option<Mm2>,
+    /// Machine coordinate of the top of the part, mm; `None` for a place near the end of the travel.
+    pub top_mm: Option<f64>,
     /// The progress of earlier sessions on the plan's contours.
     pub progress: Progress,
 }
@@ -83,6 +85,7 @@ impl Default for SimRun {
             limit: Duration::from_secs(3600),
             start: None,
             origin_mm: None,
+            top_mm: None,
             progress: Progress::default(),
         }
     }
@@ -143,7 +146,7 @@ impl Scene {
     /// [`PlaceError`] if the job does not fit, or if the tool cannot start at the given point.
     pub fn of(work: PreparedPlan, run: &SimRun) -> Result<Self, PlaceError> {
         let plan = &*work.plan;
-        let place = place_on_table(plan, &run.machine, run.origin_mm)?;
+        let place = place_on_table(plan, &run.machine, run.origin_mm)?.with_top(plan, run.top_mm)?;
         place.moved_by(&run.dialect)?;
         let home = Mm2::new(-1.0, -1.0);
         let start = match run.start {

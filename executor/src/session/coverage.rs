@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use keepout_kernel::{Length, Place, Point, UNITS_PER_MM};
+use keepout_kernel::{Height, Length, Place, Point, ProhibitedRegion, UNITS_PER_MM};
 use keepout_planner::Mm2;
 use keepout_planner::finish::{FreeSpaces, PATH_CLEARANCE, centre_distance};
-use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::plan::{CertifiedPlan, Walls};
 use keepout_planner::profile::ProfileLoop;
 use keepout_planner::units::{along_mm, length_up_from_mm, mm, point_from_mm, point_mm};
 
@@ -47,15 +47,32 @@ const STEP_MM: f64 = 0.2;
 /// Tolerance of the clearance check for the tool that touches the profile, mm.
 const TOUCHING_MM: f64 = 0.000_5;
 
-/// Compares the true paths of the tool's centre while cutting with the profile.
+/// Compares the true paths of the tool's centre while cutting with the profile, at each depth with the walls there.
 ///
 /// A point of the profile is reachable if the tool fits against it at R + M, in the connected component of free
 /// space that holds the cut. The check is exact.
 #[must_use]
 pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Place]>) -> Coverage {
+    let paths: Vec<&[Place]> = cut.collect();
+    let mut result = Coverage::default();
+    let mut sum = 0.0;
+    for walls in &plan.walls {
+        compare(plan, walls, &paths, &mut result, &mut sum);
+    }
+    let cut = result.reachable - result.missed;
+    if cut > 0 {
+        result.mean_mm = sum / f64::from(u32::try_from(cut).unwrap_or(u32::MAX));
+    }
+    result
+}
+
+/// Compares the paths at one depth with the walls there.
+fn compare(plan: &CertifiedPlan, walls: &Walls, paths: &[&[Place]], result: &mut Coverage, sum: &mut f64) {
     let radius = mm(plan.plan.tool_radius.units());
-    let centres = CentrePaths::new(cut, mm(plan.finishing.units()) + MISSED_MM);
-    let spaces = plan.plan.finish().free_spaces();
+    let pass = &plan.plan.passes[walls.pass];
+    let part = plan.region(pass.height);
+    let centres = CentrePaths::new(paths, pass.height, mm(plan.finishing.units()) + MISSED_MM);
+    let spaces = pass.path.free_spaces();
     // A path lies on the loop that bounds its free space, give or take rounding. A place beside it lies inside.
     let beside = |place: Point| {
         let asides = [(0.0, 0.0), (ASIDE_MM, 0.0), (-ASIDE_MM, 0.0), (0.0, ASIDE_MM), (0.0, -ASIDE_MM)];
@@ -65,14 +82,12 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Place]>
         places.iter().flat_map(|&place| beside(place)).map(|place| spaces.component_of(place)).max()
     };
     let components: Vec<usize> = centres.places.iter().filter_map(component).collect();
-    let mut result = Coverage::default();
-    let mut sum = 0.0;
-    let outlines = plan.plan.profile.outlines(&plan.part);
     let touching = Touching::of(plan);
-    for (each, outline) in plan.plan.profile.loops.iter().zip(outlines) {
+    for (&contour, outline) in walls.contours.iter().zip(&walls.outlines) {
+        let each = &plan.plan.profile.loops[contour];
         for (at, normal) in stations(each, outline.free_on_left) {
             result.points += 1;
-            let Some(component) = touching.component(plan, &spaces, at, normal) else { continue };
+            let Some(component) = touching.component(part, &spaces, at, normal) else { continue };
             if !components.contains(&component) {
                 continue;
             }
@@ -83,21 +98,18 @@ pub fn coverage<'a>(plan: &CertifiedPlan, cut: impl Iterator<Item = &'a [Place]>
                 continue;
             }
             let off = (distance - radius).abs();
-            sum += off;
+            *sum += off;
             if off > result.worst_mm {
                 (result.worst_mm, result.worst_at) = (off, at);
             }
         }
     }
-    let cut = result.reachable - result.missed;
-    if cut > 0 {
-        result.mean_mm = sum / f64::from(u32::try_from(cut).unwrap_or(u32::MAX));
-    }
-    result
 }
 
 /// A reachable point farther than R + M and this distance from every cut was not cut, mm.
 const MISSED_MM: f64 = 0.5;
+/// Largest distance of a cut from the height of its pass, mm: positioning error and steps of the axis.
+const SAME_HEIGHT_MM: f64 = 0.05;
 /// Number of places of a path that tell its free space.
 const PLACES: usize = 32;
 /// Offset of the component lookup from the toolpath, mm. It exceeds the chord error of the loops in that
@@ -126,9 +138,9 @@ impl Touching {
     ///
     /// If no edge is nearer to the centre than the profile's own point, no edge lies between them. The centre
     /// is then on the side of the normal, unless it is in a keep-out zone that overlaps the profile.
-    fn component(&self, plan: &CertifiedPlan, spaces: &FreeSpaces, at: Mm2, normal: Mm2) -> Option<usize> {
+    fn component(&self, part: &ProhibitedRegion, spaces: &FreeSpaces, at: Mm2, normal: Mm2) -> Option<usize> {
         let off = |distance_mm: f64| point_from_mm(at + normal * distance_mm).ok();
-        plan.part.free_point(off(self.path_mm)?, self.clearance).ok()?;
+        part.free_point(off(self.path_mm)?, self.clearance).ok()?;
         // The lookup is a little farther out, because the centre itself lies on the loop that bounds the free
         // space.
         Some(spaces.component_of(off(self.path_mm + ASIDE_MM)?))
@@ -164,9 +176,15 @@ struct CentrePaths {
 }
 
 impl CentrePaths {
-    fn new<'a>(cut: impl Iterator<Item = &'a [Place]>, cell: f64) -> Self {
+    /// The parts of the paths at a height.
+    fn new(cut: &[&[Place]], height: Height, cell: f64) -> Self {
+        let is_there =
+            |place: &Place| (mm(place.height.units()) - mm(height.units())).abs() <= SAME_HEIGHT_MM;
         let mut paths = Self { cell, cells: BTreeMap::new(), segments: Vec::new(), places: Vec::new() };
-        for path in cut {
+        for path in cut.iter().flat_map(|path| path.split(|place| !is_there(place))) {
+            if path.is_empty() {
+                continue;
+            }
             paths
                 .places
                 .push(path.iter().step_by((path.len() / PLACES).max(1)).map(|place| place.point).collect());

@@ -97,19 +97,24 @@ impl ContourTally {
             .filter(|contour| !is_cut(contour))
             .map(|contour| LeftContour {
                 name: contour.name.short(),
-                why: why(contour, &progress, supervisor.unreached()),
+                why: why(contour, &progress, supervisor),
             })
             .collect();
         Self {
             cut: planned.len() - left.len(),
             planned: planned.len(),
             left,
-            unplanned: unplanned.into_iter().map(|contour| contour.name.short()).collect(),
+            unplanned: unplanned
+                .into_iter()
+                .filter(|contour| contour.has_wall())
+                .map(|contour| contour.name.short())
+                .collect(),
         }
     }
 }
 
-fn why(contour: &PlannedContour, progress: &Progress, unreached: &[LoopNumber]) -> WhyLeft {
+fn why(contour: &PlannedContour, progress: &Progress, supervisor: &Supervisor) -> WhyLeft {
+    let unreached = supervisor.unreached();
     let any = |has: &dyn Fn(LoopNumber) -> bool| contour.loops.iter().any(|&number| has(number));
     if any(&|number| {
         progress.partial.iter().any(|partial| partial.number == number) || progress.has_finished(number)
@@ -117,7 +122,7 @@ fn why(contour: &PlannedContour, progress: &Progress, unreached: &[LoopNumber]) 
         WhyLeft::InPart
     } else if any(&|number| unreached.contains(&number)) {
         WhyLeft::NoLinkMove
-    } else if contour.name.role == ContourRole::Opening {
+    } else if contour.name.role == ContourRole::Opening && supervisor.plan().plan.relief.is_none() {
         WhyLeft::StartInside
     } else {
         WhyLeft::NotBegun
@@ -132,6 +137,7 @@ pub fn contour_rows(plan: &CertifiedPlan, progress: &Progress) -> Vec<[String; 3
         let in_part =
             contour.loops.iter().any(|each| progress.partial.iter().any(|partial| partial.number == *each));
         let fate = match (contour.loops.len(), cut) {
+            (0, _) if !contour.has_wall() => "no wall".into(),
             (0, _) => "NOT CUT: the tool does not fit".into(),
             (all, cut) if all == cut && contour.reach.is_whole() => "cut".into(),
             (all, cut) if all == cut => {

@@ -37,6 +37,26 @@ impl TablePlacement {
         self.z.map(|z| z.travel)
     }
 
+    /// The placement with the top of the part at this height, machine coordinates, mm.
+    ///
+    /// # Errors
+    /// [`PlaceError::TopBeyond`] if the safe height or the deepest pass then lies beyond the travel.
+    pub fn with_top(self, plan: &CertifiedPlan, top_mm: Option<f64>) -> Result<Self, PlaceError> {
+        let (Some(z), Some(relief), Some(top_mm)) = (self.z, &plan.plan.relief, top_mm) else {
+            return Ok(self);
+        };
+        let travel_mm = mm(z.travel[1].units()) - mm(z.travel[0].units());
+        let (safe_mm, deepest_mm) = (mm(relief.safe.units()), mm(relief.deepest.units()));
+        let (lowest, highest) = (-travel_mm - deepest_mm, -safe_mm);
+        if !(lowest..=highest).contains(&top_mm) {
+            return Err(PlaceError::TopBeyond { lowest, highest });
+        }
+        let zero = height_from_mm((top_mm * 1000.0).round() / 1000.0)?;
+        let top_of_travel = Height::from_units(-i64::from(zero.units()))?;
+        let travel = [top_of_travel.lowered(length_up_from_mm(travel_mm)?), top_of_travel];
+        Ok(Self { z: Some(PlacedZ { zero, travel }), ..self })
+    }
+
     /// Refuses a dialect that cannot move the axes of the plan.
     ///
     /// # Errors
@@ -97,6 +117,17 @@ pub enum PlaceError {
     TwoAxes {
         /// The machine.
         machine: String,
+    },
+    /// The top of the part lies too high or too low.
+    #[error(
+        "with the top of the part there the job lies beyond the travel of z: \
+         --top-mm may be {lowest:.1} to {highest:.1}"
+    )]
+    TopBeyond {
+        /// Least height of the top, machine coordinates, mm.
+        lowest: f64,
+        /// Greatest height of the top, mm.
+        highest: f64,
     },
     /// The plan has depths, and the dialect moves two axes.
     #[error(
@@ -211,10 +242,10 @@ fn place_z(plan: &CertifiedPlan, machine: &MachineProfile) -> Result<Option<Plac
 /// The box of the finishing toolpath, grown by the stock to leave, because roughing goes around it too.
 fn path_box(plan: &CertifiedPlan) -> Result<(Point, Point), PlaceError> {
     let chord_error = Length::small(200);
-    let points =
-        plan.plan.finish().loops.iter().flat_map(|each| &each.curves).flat_map(|curve| {
-            curve.chord_points(chord_error).unwrap_or_else(|_| vec![curve.from(), curve.to()])
-        });
+    let loops = plan.plan.passes.iter().flat_map(|pass| &pass.path.loops);
+    let points = loops
+        .flat_map(|each| &each.curves)
+        .flat_map(|curve| curve.chord_points(chord_error).unwrap_or_else(|_| vec![curve.from(), curve.to()]));
     let window = points.map(Window::of).reduce(Window::union).unwrap_or(Window::of(Point::ORIGIN));
     let grown = window.grown(plan.plan.stock_to_leave).grown(length_up_from_mm(0.1)?);
     let (x0, y0, x1, y1) = grown.corners();

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Height, Length, Levels, ProhibitedRegion, Ring, Segment};
 
-use super::section::{Section, sections};
+use super::section::{Section, Walls, sections, walls};
 use super::{DEPTHS_MAX, FEEDS_MM_MIN, PASSES_MAX, Pass, Plan, PlanError, TOOL_MAX_MM, TOOL_MIN_MM};
 use crate::Box2;
 use crate::finish::{FinishingPath, centre_distance};
@@ -36,6 +36,8 @@ pub struct CertifiedPlan {
     pub finishing: Length,
     /// Number of certified motions of the finishing passes.
     pub certified_motions: usize,
+    /// The walls that the passes finish, depth by depth, downward.
+    pub walls: Vec<Walls>,
     mesh: OnceLock<Option<Mesh>>,
     pub(crate) contours: OnceLock<Vec<PlannedContour>>,
 }
@@ -52,7 +54,7 @@ impl Plan {
             relief.check(&part, &self.machine)?;
         }
         let (levels, sections) = sections(&self, &part)?;
-        Ok(self.check_against(&sections)?.plan(self, part, levels))
+        Ok(self.check_against(&sections)?.plan(self, part, levels, &sections))
     }
 
     pub(super) fn check_against(&self, sections: &[Section]) -> Result<Checked, PlanError> {
@@ -165,9 +167,16 @@ pub(super) struct Checked {
 }
 
 impl Checked {
-    pub(super) fn plan(self, plan: Plan, part: Arc<ProhibitedRegion>, levels: Levels) -> CertifiedPlan {
+    pub(super) fn plan(
+        self,
+        plan: Plan,
+        part: Arc<ProhibitedRegion>,
+        levels: Levels,
+        sections: &[Section],
+    ) -> CertifiedPlan {
         let Self { roughing, finishing, height_margin, motions } = self;
         CertifiedPlan {
+            walls: walls(&plan, sections),
             plan,
             part,
             levels: Arc::new(levels),

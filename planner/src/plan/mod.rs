@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::certified::CertifiedPlan;
 use self::certified::finishing_clearance;
+pub use self::section::Walls;
 use self::section::{Section, sections};
 use crate::Mm2;
 use crate::depth::{DepthParameters, Relief};
@@ -234,9 +235,9 @@ impl Plan {
             Err(_) if plan.passes != unmerged => {
                 plan.passes = unmerged;
                 let checked = plan.check_against(&sections)?;
-                Ok(checked.plan(plan, part, levels))
+                Ok(checked.plan(plan, part, levels, &sections))
             }
-            checked => Ok(checked?.plan(plan, part, levels)),
+            checked => Ok(checked?.plan(plan, part, levels, &sections)),
         }
     }
 
