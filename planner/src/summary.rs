@@ -1,10 +1,11 @@
 //! Text summary of a plan and of its proof.
 
-use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
+use keepout_kernel::{Height, UNITS_PER_MM};
 
 use crate::Mm2;
 use crate::contour::{profile_box, short};
+use crate::depth::{EntryMove, Relief};
 use crate::finish::centre_distance;
 use crate::plan::{CertifiedPlan, Cut, Pass};
 use crate::profile::MachinedSide;
@@ -50,6 +51,7 @@ impl CertifiedPlan {
             self.warnings().into_iter().map(|text| format!("WARNING      {text}")).collect();
         lines.extend(self.part_lines());
         lines.extend(self.clearance_lines());
+        lines.extend(self.plan.relief.as_ref().map(height_lines).unwrap_or_default());
         lines.extend(self.path_lines());
         let remarks = &self.plan.provenance.remarks;
         lines.extend(remarks.iter().map(|remark| format!("note         {}", remark.text)));
@@ -126,9 +128,15 @@ impl CertifiedPlan {
         };
         let motions = self.certified_motions;
         let mut lines = vec![format!("cut          {direction}, {motions} motions, every motion certified")];
-        lines.extend(plan.passes.iter().enumerate().map(|(index, pass)| pass.summary(index + 1)));
+        let deep = plan.relief.is_some();
+        lines.extend(plan.passes.iter().enumerate().map(|(index, pass)| pass.summary(index + 1, deep)));
         lines.push("contours     with the numbers of the pictures and of --recut:".into());
-        lines.extend(self.contours().iter().take(LISTED).map(|contour| format!("  {contour}")));
+        let tops = plan.relief.as_ref().map_or(&[][..], |relief| &relief.tops);
+        lines.extend(self.contours().iter().enumerate().take(LISTED).map(|(index, contour)| {
+            let top = tops.get(index).copied().flatten().filter(|&top| top < Height::ZERO);
+            let face = top.map_or(String::new(), |top| format!(", face at z {}", short(mm(top.units()))));
+            format!("  {contour}{face}")
+        }));
         if self.contours().len() > LISTED {
             lines.push(format!("  … and {} more", self.contours().len() - LISTED));
         }
@@ -176,12 +184,38 @@ impl CertifiedPlan {
     }
 }
 
+/// The heights of a plan with depths.
+fn height_lines(relief: &Relief) -> Vec<String> {
+    let at = |height: Height| format!("z {}", short(mm(height.units())));
+    let margin_mm = relief.budget.total().map_or(f64::NAN, |margin| mm(margin.units()));
+    let entry = match relief.entry {
+        EntryMove::Plunge => "straight down".into(),
+        EntryMove::Ramp { slope } => {
+            format!("on a ramp of {:.1}° along the contour", slope.atan().to_degrees())
+        }
+    };
+    vec![
+        format!(
+            "heights      z 0 is the top of the part, {} mm thick; the tool crosses at {}, through cuts end at {}, \
+             the table is at {}",
+            short(mm(relief.thickness.units())),
+            at(relief.safe),
+            at(relief.deepest),
+            at(relief.floor)
+        ),
+        format!("entry        {entry}, at most {} mm deeper at once", short(mm(relief.step_down.units()))),
+        relief.budget.to_string(),
+        format!("faces        stay {margin_mm:.3} mm above their depth: the height margin"),
+    ]
+}
+
 impl Pass {
-    fn summary(&self, number: usize) -> String {
+    fn summary(&self, number: usize, deep: bool) -> String {
         let feed = self.feed_mm_min.map_or(String::new(), |feed| format!(", {feed} mm/min"));
         let path = &self.path;
+        let height = if deep { format!("z {:.3} mm, ", mm(self.height.units())) } else { String::new() };
         format!(
-            "pass {number}       leaves {:.4} mm{feed}: {} {}, {:.1} mm; rest material {}",
+            "pass {number}       {height}leaves {:.4} mm{feed}: {} {}, {:.1} mm; rest material {}",
             mm(self.stock_to_leave.units()),
             path.loops.len(),
             if path.loops.len() == 1 { "loop" } else { "loops" },

@@ -97,6 +97,15 @@ pub fn refuse_margin_of_simulation(
     )))
 }
 
+/// Refuses a plan with depths at a real machine whose height of the part's top is not known.
+pub fn refuse_unknown_top(arguments: &RunArguments, plan: &CertifiedPlan) -> Result<(), CliError> {
+    if plan.plan.relief.is_none() || arguments.top_mm.is_some() {
+        return Ok(());
+    }
+    let reason = "the plan has depths: lower the tool to the top of the part, and give the machine's z there with --top-mm";
+    Err(CliError::Argument(reason.into()))
+}
+
 /// Refuses an alignment that was found with another drawing than the plan's.
 pub fn refuse_other_drawing(
     alignment: &AlignmentFile,

@@ -15,12 +15,13 @@ use keepout_planner::inspect::inspect as look_at;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, Cut, PlanParameters};
 use keepout_planner::profile::MachinedSide;
-use keepout_planner::report::{RunDrawing, inspection_svg, svg};
+use keepout_planner::report::{RunDrawing, inspection_svg, section_svg, svg};
 use keepout_planner::request::{PlanRequest, PlanRequestError, Stage};
 use keepout_planner::select::Selection;
 use keepout_planner::{plan_file, sha256};
 
 use super::job::{JobFolder, keep_earlier};
+use super::run::write_section;
 use super::shell::print_lines;
 use super::store::{SIMULATED, StoredMachine};
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
@@ -205,6 +206,7 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         let picture = job.path("plan.svg");
         write(&picture, svg(&certified, &certified.plan.provenance.name, &RunDrawing::default()).as_bytes())?;
         println!("written      {}", picture.display());
+        write_section(&picture, section_svg(&certified, &certified.plan.provenance.name, &[]))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -330,6 +332,7 @@ pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
     let picture = svg(&certified, &certified.plan.provenance.name, &RunDrawing::default());
     write(&output, picture.as_bytes())?;
     println!("written      {}", output.display());
+    write_section(&output, section_svg(&certified, &certified.plan.provenance.name, &[]))?;
     Ok(ExitCode::SUCCESS)
 }
 

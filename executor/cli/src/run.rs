@@ -12,7 +12,7 @@ use keepout_executor::session::log::{Header, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
     EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, TablePlacement,
-    picture_of_run, place_on_table,
+    picture_of_run, place_on_table, section_of_run,
 };
 use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
@@ -27,7 +27,7 @@ use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 use super::align::placed;
 use super::before::{
     ConfirmPage, OperatorName, check_output, default_log, limit, refuse_incomplete,
-    refuse_margin_of_simulation,
+    refuse_margin_of_simulation, refuse_unknown_top,
 };
 use super::display::Display;
 use super::job::{JobFolder, keep_earlier};
@@ -294,11 +294,7 @@ fn on_port(
 ) -> Result<ExitCode, CliError> {
     let machine = work.plan.plan.machine.clone();
     let dialect_name = dialect_name(arguments)?;
-    if machine.z.is_some() && work.plan.plan.relief.is_some() && arguments.top_mm.is_none() {
-        let reason = "the plan has depths: lower the tool to the top of the part, and give the machine's z there with \
-                      --top-mm";
-        return Err(CliError::Argument(reason.into()));
-    }
+    refuse_unknown_top(arguments, &work.plan)?;
     let place = place(&work.plan, &machine, arguments)?;
     let log = outputs.log.as_deref();
     let page = ConfirmPage {
@@ -381,6 +377,7 @@ fn finish(
         let picture = picture_of_run(plan, &title, samples, &facts.progress);
         write(path, picture.as_bytes())?;
         println!("{:<36} {}", "picture", path.display());
+        write_section(path, section_of_run(plan, &title, samples))?;
     }
     if let Some(page) = outputs.job_report.as_ref().filter(|_| outputs.keeps_earlier) {
         keep_earlier(page)?;
@@ -393,6 +390,16 @@ fn finish(
         println!("{:<36} {}", "log", log.display());
     }
     Ok(exit_code(facts))
+}
+
+/// Writes the section view of a plan with depths beside its picture, as `NAME-section.svg`.
+pub fn write_section(picture: &Path, section: Option<String>) -> Result<(), CliError> {
+    let Some(section) = section else { return Ok(()) };
+    let name = picture.file_stem().unwrap_or_default().to_string_lossy();
+    let path = picture.with_file_name(format!("{name}-section.svg"));
+    write(&path, section.as_bytes())?;
+    println!("{:<36} {}", "section", path.display());
+    Ok(())
 }
 
 pub fn exit_code(facts: &RunFacts) -> ExitCode {

@@ -4,17 +4,17 @@
 use std::time::Duration;
 
 use keepout_guard::Time;
-use keepout_kernel::{Point, Segment};
+use keepout_kernel::{Height, Point, Segment};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::report::html::JobPage;
 use keepout_planner::report::{RunDrawing, Spot, SpotKind, Trace, TraceKind, svg};
 use keepout_planner::sha256::hex;
-use keepout_planner::units::{mm, point_from_mm, point_mm};
+use keepout_planner::units::{height_from_mm, mm, point_from_mm, point_mm};
 
 use super::log::Header;
 use super::outcome::contour_rows;
 use super::replay::{PhaseTimes, Replay, TimelineEntry};
-use super::report::{count_rows, part_rows, traces};
+use super::report::{count_rows, part_rows, section_of_run, traces};
 use crate::session::{Sample, SampleKind};
 
 /// The picture of a run from its log, with contact starts and stops. It shows jogging from one reported
@@ -55,7 +55,9 @@ fn traces_by_hand(plan: &CertifiedPlan, samples: &[Sample]) -> Vec<Trace> {
         else {
             return false;
         };
-        plan.part.edges_clear(Segment { from, to }, plan.plan.tool_radius).is_ok()
+        // In a session with two axes the height is zero, and this is the part.
+        let lowest = height_from_mm(a.position_mm.z.min(b.position_mm.z)).unwrap_or(Height::LOWEST);
+        plan.levels.at(lowest).edges_clear(Segment { from, to }, plan.plan.tool_radius).is_ok()
     };
     let by_hand = |pair: &[Sample]| pair.iter().all(|sample| sample.kind == SampleKind::Jog);
     let stretches = samples.chunk_by(|a, b| by_hand(&[*a, *b]) && clear(a, b));
@@ -87,6 +89,7 @@ pub fn page_of_log(
         facts,
         contours: contour_rows(plan, &replay.supervisor.progress()),
         picture: picture_of_log(header, replay),
+        section: section_of_run(plan, &header.drawing, &replay.timeline.samples),
         proof,
         timeline: happenings(replay).collect(),
         plan: plan.summary(),

@@ -24,7 +24,7 @@ pub use engine::Engine;
 pub use event_log::{Certificate, EventLog, EventLogError, LoggedEvent, NoEventLog};
 pub use log_page::{page_of_log, picture_of_log};
 pub use place::{PlaceError, PlacedZ, TablePlacement, place_on_table, start_inside};
-pub use report::{RunFacts, html, picture_of_run};
+pub use report::{RunFacts, html, picture_of_run, section_of_run};
 pub use run::{Going, Reopen, Session, nearest_wall};
 pub use sample::{Sample, SampleKind};
 pub use setup::SessionSetup;

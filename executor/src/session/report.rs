@@ -1,10 +1,11 @@
 //! The page and the picture of a run, from the session itself.
 
+use keepout_planner::Mm3;
 use keepout_planner::contour::short;
 use keepout_planner::job::Progress;
 use keepout_planner::plan::{CertifiedPlan, Cut};
 use keepout_planner::report::html::JobPage;
-use keepout_planner::report::{RunDrawing, Trace, TraceKind, svg};
+use keepout_planner::report::{RunDrawing, Trace, TraceKind, section_svg, svg};
 use keepout_planner::sha256::hex;
 use keepout_planner::size::size;
 use keepout_planner::units::mm;
@@ -148,6 +149,13 @@ pub fn picture_of_run(plan: &CertifiedPlan, title: &str, samples: &[Sample], pro
     svg(plan, title, &RunDrawing { traces: &traces, spots: &[], progress: Some(progress) })
 }
 
+/// The section view of a run with depths from the true positions, in drawing coordinates.
+#[must_use]
+pub fn section_of_run(plan: &CertifiedPlan, title: &str, samples: &[Sample]) -> Option<String> {
+    let way: Vec<Mm3> = samples.iter().map(|sample| sample.position_mm).collect();
+    section_svg(plan, title, &way)
+}
+
 /// The traces of a run, one for each stretch of one kind. Long runs are thinned out.
 pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
     let mut traces: Vec<Trace> = Vec::new();
@@ -175,7 +183,7 @@ pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
 
 /// A self-contained page of a run, from the session itself.
 #[must_use]
-pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
+pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str, section: Option<&str>) -> String {
     let mut proof = facts.rows(plan);
     proof.push(("drawing SHA-256".into(), hex(&plan.plan.provenance.hash)));
     JobPage {
@@ -185,6 +193,7 @@ pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str) -> String {
         facts: part_rows(plan),
         contours: contour_rows(plan, &facts.progress),
         picture: picture.into(),
+        section: section.map(Into::into),
         proof,
         plan: plan.summary(),
         ..JobPage::default()

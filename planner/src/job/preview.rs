@@ -1,5 +1,7 @@
 //! Jobs of a plan, for its picture.
 
+use keepout_kernel::Point;
+
 use super::cutter::{STAND_OFF_MM, TRIES};
 use super::track::Track;
 use super::{ContourJob, contour_job};
@@ -16,11 +18,21 @@ pub fn preview(plan: &CertifiedPlan) -> Vec<ContourJob> {
     if plan.plan.loop_count() > PREVIEW_MAX.0 || plan.part.edges().len() > PREVIEW_MAX.1 {
         return Vec::new();
     }
+    let field = plan.part.region().bounds().grown(plan.roughing).grown(plan.roughing);
+    if let Some(relief) = &plan.plan.relief {
+        // From above, one job reaches every contour.
+        let (x, y, ..) = field.corners();
+        let corner = Point::from_units(x.into(), y.into());
+        return corner
+            .ok()
+            .and_then(|at| contour_job(plan, at.at_height(relief.safe), field).ok())
+            .into_iter()
+            .collect();
+    }
     let finish = plan.plan.finish();
     let mut components: Vec<usize> = finish.loops.iter().map(|each| each.component).collect();
     components.sort_unstable();
     components.dedup();
-    let field = plan.part.region().bounds().grown(plan.roughing).grown(plan.roughing);
     let spaces = finish.free_spaces();
     let starts = components.into_iter().filter_map(|component| {
         let loops = finish.loops.iter().filter(|each| each.component == component);

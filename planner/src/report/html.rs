@@ -35,6 +35,8 @@ pub struct JobPage {
     pub contours: Vec<[String; 3]>,
     /// The picture, SVG.
     pub picture: String,
+    /// The section view of a plan with depths, SVG.
+    pub section: Option<String>,
     /// Figures of the run and of its proof: name and value.
     pub proof: Vec<(String, String)>,
     /// What happened: time, event, place.
@@ -59,12 +61,13 @@ impl JobPage {
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\n\
-             <style>{STYLE}</style></head>\n<body><h1>{title}</h1>\n{}\n{outcome}\n<figure>{}</figure>\n\
+             <style>{STYLE}</style></head>\n<body><h1>{title}</h1>\n{}\n{outcome}\n<figure>{}</figure>\n{}\
              <div class=\"columns\"><div><h2>Contours</h2>\n{}</div>\n\
              <div><h2>Part, tool and time</h2>\n{}</div></div>\n\
              <section class=\"proof\"><h2>Proof</h2>\n{}\n{timeline}<h2>The plan</h2>\n{}\n</section></body></html>\n",
             if self.head.is_empty() { String::new() } else { pairs(&self.head).to_string() },
             self.picture,
+            self.section.as_ref().map_or(String::new(), |section| format!("<figure>{section}</figure>\n")),
             table(self.contours.iter().cloned()),
             pairs(&self.facts),
             pairs(&self.proof),

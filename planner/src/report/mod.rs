@@ -5,8 +5,10 @@ pub mod element;
 pub mod html;
 mod inspection;
 mod plan;
+mod section;
 pub mod table;
 mod view;
 
 pub use inspection::inspection_svg;
 pub use plan::{RunDrawing, Spot, SpotKind, Trace, TraceKind, svg};
+pub use section::section_svg;

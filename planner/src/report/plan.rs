@@ -1,6 +1,7 @@
 //! Picture of a plan, with the traces of a run if there are any.
 
-use keepout_kernel::{Curve, Length, Side};
+use keepout_kernel::offset::Outline;
+use keepout_kernel::{Curve, Height, Length, Side};
 
 use super::element::{Element, Lines, circle, path};
 use super::view::{
@@ -134,20 +135,26 @@ fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
     View::of(shown)
 }
 
-/// Draws the part and the keep-out zones, with their clearances as areas.
+/// Draws the part and the keep-out zones, with their clearances as areas. Those of a plan with depths are of its first
+/// depth, where every wall stands.
 fn draw_part(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
-    let profile = plan.plan.profile.outlines(&plan.part);
-    let all = free_outlines(&plan.plan.profile, &plan.plan.zones, &plan.part);
-    let jogging = offset_among(&all, &plan.part, f64::from(plan.roughing.units()));
+    let Some(walls) = plan.walls.first() else { return };
+    let pass = &plan.plan.passes[walls.pass];
+    let part = plan.region(pass.height);
+    let profile = &walls.outlines;
+    let zones = free_outlines(&plan.plan.profile, &plan.plan.zones, &plan.part);
+    let zones = zones.into_iter().skip(plan.plan.profile.loops.len());
+    let all: Vec<Outline> = profile.iter().cloned().chain(zones).collect();
+    let jogging = offset_among(&all, part, f64::from(plan.roughing.units()));
     if jogging.loose_ends.is_empty() {
         let loops: Vec<&[Curve]> = jogging.loops.iter().map(|each| &each.curves[..]).collect();
         out.draw(&[beyond(&loops, plan, view).fill(KEEP_OUT)]);
     }
-    let loops: Vec<&[Curve]> = plan.plan.finish().loops.iter().map(|each| &each.curves[..]).collect();
+    let loops: Vec<&[Curve]> = pass.path.loops.iter().map(|each| &each.curves[..]).collect();
     out.draw(&[beyond(&loops, plan, view).fill(KEEP_OUT_FINISH)]);
     let d = centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing);
-    let finishing = offset_among(&all, &plan.part, d);
-    let rest = rest::polygons(&profile, &finishing.loops, plan.part.side(), REST_PIXELS * view.pixel_mm());
+    let finishing = offset_among(&all, part, d);
+    let rest = rest::polygons(profile, &finishing.loops, plan.part.side(), REST_PIXELS * view.pixel_mm());
     if !rest.is_empty() {
         // Renderers blend the edges of the hatching's tiles, so a plain area lies below it.
         let area = |fill| path(polygons(&rest, view)).fill(fill).set("fill-rule", "evenodd");
@@ -160,9 +167,23 @@ fn draw_part(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
     let outline = outlines(&plan.plan.profile.loops, view);
     let part = path(format_args!("{around}{outline}"));
     out.draw(&[part.fill(PART).set("fill-rule", "evenodd").stroke(PART_EDGE, 1.3)]);
+    draw_faces(out, plan, view);
     let zones = outlines(&plan.plan.zones.loops, view);
     if !zones.is_empty() {
         out.draw(&[path(zones).fill(ZONE).stroke(PART_EDGE, 1.3)]);
+    }
+}
+
+/// Draws the faces that lie below the top of the part, lighter than it, with their heights.
+fn draw_faces(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
+    let Some(relief) = &plan.plan.relief else { return };
+    let faces = plan.plan.profile.loops.iter().zip(&relief.tops).zip(plan.contours());
+    for ((each, top), contour) in faces {
+        let Some(top) = top.filter(|&top| top < Height::ZERO) else { continue };
+        let face = path(outlines(std::slice::from_ref(each), view)).fill(PART).set("fill-opacity", 0.45);
+        out.draw(&[face.stroke(PART_EDGE, 1.3)]);
+        let (x, y) = view.xy(contour.name.middle_mm);
+        draw_label(out, (x, y + 22.0), &format!("z {}", short(mm(top.units()))), PART_EDGE);
     }
 }
 

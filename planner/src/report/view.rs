@@ -277,6 +277,13 @@ pub(super) fn page(view: &View, title: &str, legend: &[Entry], body: &Lines) -> 
     format!("{}\n", page.lines(&out))
 }
 
+/// The page with names of its own, so that it can stand beside another in one document.
+pub(super) fn beside_another(page: &str) -> String {
+    page.replace(DEFINITIONS, "")
+        .replace("id=\"field\"", "id=\"section-field\"")
+        .replace("url(#field)", "url(#section-field)")
+}
+
 fn draw_entry(out: &mut Lines, entry: &Entry, x: f64, y: f64) {
     let colour = entry.colour;
     let area = |fill: &str| {
