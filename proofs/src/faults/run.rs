@@ -8,6 +8,9 @@ use std::time::{Duration, Instant};
 use super::results::{FaultFate, keep};
 use super::{FaultEngine, SeededFault, tree};
 
+/// The property groups that notice faults outside the kernel.
+const OUTSIDE_THE_KERNEL: &str = "guard,heights,dialects";
+
 /// Seconds that `check` may take for one fault.
 const CHECK_S: u64 = 600;
 /// Exit code of `timeout` when the time is over.
@@ -87,7 +90,7 @@ impl Workshop<'_> {
 
     /// Runs both programs with no fault chosen: a program that fails anyway would notice every fault.
     fn pass_without_faults(&self) -> io::Result<()> {
-        let check = self.switched("check", 0).arg("guard,dialects").output()?;
+        let check = self.switched("check", 0).arg(OUTSIDE_THE_KERNEL).output()?;
         let hostile = self.switched("hostile", 0).args(SESSIONS).args(["--minutes", "0.2"]).output()?;
         for (program, ran) in [("check", check), ("hostile", hostile)] {
             if !ran.status.success() {
@@ -139,7 +142,7 @@ impl Workshop<'_> {
     /// Runs `check` over the groups that can see the fault.
     #[expect(clippy::unused_self, reason = "beside its neighbours")]
     fn check(&self, command: &mut Command, fault: &SeededFault) -> io::Result<FaultFate> {
-        let groups = if fault.is_in_kernel() { "" } else { "guard,dialects" };
+        let groups = if fault.is_in_kernel() { "" } else { OUTSIDE_THE_KERNEL };
         let ran = command.arg(groups).output()?;
         let text = String::from_utf8_lossy(&ran.stdout);
         let failed = text.lines().find_map(|line| line.strip_prefix("fails: "));
