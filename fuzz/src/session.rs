@@ -149,11 +149,9 @@ impl Play {
             baud: 115_200,
             progress: Progress::default(),
         };
-        let machine = Machine::new(make, tool);
-        let supervisor = Supervisor::new(work, options, make.abilities);
         let play = Self {
-            supervisor,
-            machine,
+            supervisor: Supervisor::new(work, options, make.abilities),
+            machine: Machine::new(make, tool),
             trouble,
             now: Time::ZERO,
             walls,
@@ -332,8 +330,8 @@ fn input(u: &mut Unstructured<'_>) -> Result<(OperatorInput, Option<OperatorComm
         4 => Some(OperatorCommand::Stop),
         _ => None,
     };
-    let armed = u.int_in_range(0..=2_u8)? == 0;
-    Ok((OperatorInput { velocity, turned_mm, armed, ..OperatorInput::default() }, command))
+    let input = OperatorInput { velocity, turned_mm, ..OperatorInput::default() };
+    Ok((OperatorInput { armed: u.int_in_range(0..=2_u8)? == 0, ..input }, command))
 }
 
 /// Changes a contour job: an error, a motion to another place, a motion left out, or no change.

@@ -24,7 +24,7 @@ impl Whole for Wide {}
 
 /// A point with coordinates of some kind of whole numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place<N> {
+pub struct WholePoint<N> {
     /// Abscissa.
     pub x: N,
     /// Ordinate.
@@ -32,9 +32,9 @@ pub struct Place<N> {
 }
 
 /// A point with big-integer coordinates.
-pub type Big = Place<Wide>;
+pub type Big = WholePoint<Wide>;
 
-impl<N: Whole> Place<N> {
+impl<N: Whole> WholePoint<N> {
     /// The point `(x, y)`.
     #[must_use]
     pub fn new(x: i64, y: i64) -> Self {
@@ -72,7 +72,7 @@ fn times<N: Whole>(a: &N, b: &N) -> N {
 
 /// The sign of the signed area of the triangle `a b c`, as −1, 0 or 1, by the shoelace formula.
 #[must_use]
-pub fn area_sign<N: Whole>(a: &Place<N>, b: &Place<N>, c: &Place<N>) -> i8 {
+pub fn area_sign<N: Whole>(a: &WholePoint<N>, b: &WholePoint<N>, c: &WholePoint<N>) -> i8 {
     let area = a.cross(b) + b.cross(c) + c.cross(a);
     i8::from(area > zero()) - i8::from(area < zero())
 }
@@ -80,7 +80,12 @@ pub fn area_sign<N: Whole>(a: &Place<N>, b: &Place<N>, c: &Place<N>) -> i8 {
 /// Whether the least of `|p − a − t(b − a)|²` over `t` in [0, 1] is at most `r²`. The quadratic is least at
 /// its vertex, clamped to [0, 1]. The value there is compared as a fraction.
 #[must_use]
-pub fn point_segment_within<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, r: i64) -> bool {
+pub fn point_segment_within<N: Whole>(
+    p: &WholePoint<N>,
+    a: &WholePoint<N>,
+    b: &WholePoint<N>,
+    r: i64,
+) -> bool {
     let (d, w) = (b.minus(a), p.minus(a));
     let denominator = d.dot(&d);
     if denominator == zero() {
@@ -96,10 +101,10 @@ pub fn point_segment_within<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, 
 /// lies on the square's boundary, whose four sides are point–segment problems.
 #[must_use]
 pub fn segment_segment_within<N: Whole>(
-    a: &Place<N>,
-    b: &Place<N>,
-    c: &Place<N>,
-    d: &Place<N>,
+    a: &WholePoint<N>,
+    b: &WholePoint<N>,
+    c: &WholePoint<N>,
+    d: &WholePoint<N>,
     r: i64,
 ) -> bool {
     let (u, v, w) = (b.minus(a), d.minus(c), c.minus(a));
@@ -122,21 +127,26 @@ pub fn segment_segment_within<N: Whole>(
 /// Whether `p` is a convex combination of `a`, `b`, `c`, by barycentric coordinates. A degenerate triangle
 /// is the union of its sides.
 #[must_use]
-pub fn in_triangle<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>, c: &Place<N>) -> bool {
+pub fn in_triangle<N: Whole>(
+    p: &WholePoint<N>,
+    a: &WholePoint<N>,
+    b: &WholePoint<N>,
+    c: &WholePoint<N>,
+) -> bool {
     let whole = b.minus(a).cross(&c.minus(a));
     if whole == zero() {
         return [(a, b), (b, c), (c, a)].into_iter().any(|(q, r)| point_segment_within(p, q, r, 0));
     }
-    let part = |q: &Place<N>, r: &Place<N>| q.minus(p).cross(&r.minus(p)) * whole.clone() >= zero();
+    let part = |q: &WholePoint<N>, r: &WholePoint<N>| q.minus(p).cross(&r.minus(p)) * whole.clone() >= zero();
     part(a, b) && part(b, c) && part(c, a)
 }
 
 /// Whether the filled triangle and the segment come within `r`.
 #[must_use]
 pub fn triangle_segment_within<N: Whole>(
-    corners: [&Place<N>; 3],
-    d: &Place<N>,
-    e: &Place<N>,
+    corners: [&WholePoint<N>; 3],
+    d: &WholePoint<N>,
+    e: &WholePoint<N>,
     r: i64,
 ) -> bool {
     let [a, b, c] = corners;
@@ -148,7 +158,7 @@ pub fn triangle_segment_within<N: Whole>(
 /// Whether `p` is strictly inside the polygon: the winding number, summed over signed crossings of the ray
 /// toward −x, is odd. `None` for a point on the polygon.
 #[must_use]
-pub fn inside_polygon<N: Whole>(p: &Place<N>, polygon: &[Place<N>]) -> Option<bool> {
+pub fn inside_polygon<N: Whole>(p: &WholePoint<N>, polygon: &[WholePoint<N>]) -> Option<bool> {
     let mut winding = 0;
     for (a, b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
         if point_segment_within(p, a, b, 0) {
@@ -167,7 +177,7 @@ pub fn inside_polygon<N: Whole>(p: &Place<N>, polygon: &[Place<N>]) -> Option<bo
 
 /// The square of the distance from `p` to the segment `a b`, as a fraction with a positive denominator.
 #[must_use]
-pub fn point_segment_distance_2<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<N>) -> (N, N) {
+pub fn point_segment_distance_2<N: Whole>(p: &WholePoint<N>, a: &WholePoint<N>, b: &WholePoint<N>) -> (N, N) {
     let (d, w) = (b.minus(a), p.minus(a));
     let denominator = d.dot(&d);
     if denominator == zero() {
@@ -183,7 +193,12 @@ pub fn point_segment_distance_2<N: Whole>(p: &Place<N>, a: &Place<N>, b: &Place<
 /// meets `a b` away from `p`, or if `q` is nearer than `p` or an end of `a b` is that near to the motion.
 /// Otherwise the least distance is at `p`.
 #[must_use]
-pub fn never_nearer<N: Whole>(p: &Place<N>, q: &Place<N>, a: &Place<N>, b: &Place<N>) -> bool {
+pub fn never_nearer<N: Whole>(
+    p: &WholePoint<N>,
+    q: &WholePoint<N>,
+    a: &WholePoint<N>,
+    b: &WholePoint<N>,
+) -> bool {
     let start = point_segment_distance_2(p, a, b);
     if start.0 == zero() {
         return true;
@@ -202,14 +217,14 @@ pub fn never_nearer<N: Whole>(p: &Place<N>, q: &Place<N>, a: &Place<N>, b: &Plac
 /// Whether the closed box and the segment come within `r`. The box is two triangles.
 #[must_use]
 pub fn box_segment_within<N: Whole>(
-    low: &Place<N>,
-    high: &Place<N>,
-    a: &Place<N>,
-    b: &Place<N>,
+    low: &WholePoint<N>,
+    high: &WholePoint<N>,
+    a: &WholePoint<N>,
+    b: &WholePoint<N>,
     r: i64,
 ) -> bool {
-    let right = Place { x: high.x.clone(), y: low.y.clone() };
-    let left = Place { x: low.x.clone(), y: high.y.clone() };
+    let right = WholePoint { x: high.x.clone(), y: low.y.clone() };
+    let left = WholePoint { x: low.x.clone(), y: high.y.clone() };
     triangle_segment_within([low, &right, high], a, b, r)
         || triangle_segment_within([low, high, &left], a, b, r)
 }

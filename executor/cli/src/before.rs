@@ -4,7 +4,7 @@ use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use keepout_executor::session::TablePlacement;
+use keepout_executor::session::{TablePlacement, place_on_table};
 use keepout_planner::Mm2;
 use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::job::Progress;
@@ -14,6 +14,7 @@ use keepout_planner::text_file;
 use keepout_planner::units::mm;
 
 use super::plan::check_ending;
+use super::run::dialect_name;
 use super::values::seconds;
 use super::{CliError, RunArguments};
 
@@ -97,12 +98,24 @@ pub fn refuse_margin_of_simulation(
     )))
 }
 
+/// The place of the drawing on the machine.
+pub fn place(
+    plan: &CertifiedPlan,
+    machine: &MachineProfile,
+    arguments: &RunArguments,
+) -> Result<TablePlacement, CliError> {
+    let place = place_on_table(plan, machine, arguments.origin_mm)?.with_top(plan, arguments.top_mm)?;
+    place.moved_by(&dialect_name(arguments)?)?;
+    Ok(place)
+}
+
 /// Refuses a plan with depths at a real machine whose height of the part's top is not known.
 pub fn refuse_unknown_top(arguments: &RunArguments, plan: &CertifiedPlan) -> Result<(), CliError> {
     if plan.plan.relief.is_none() || arguments.top_mm.is_some() {
         return Ok(());
     }
-    let reason = "the plan has depths: lower the tool to the top of the part, and give the machine's z there with --top-mm";
+    let reason = "the plan has depths: lower the tool to the top of the part, and give the machine's z there with \
+                  --top-mm";
     Err(CliError::Argument(reason.into()))
 }
 

@@ -21,7 +21,6 @@ use keepout_planner::select::Selection;
 use keepout_planner::{plan_file, sha256};
 
 use super::job::{JobFolder, keep_earlier};
-use super::run::write_section;
 use super::shell::print_lines;
 use super::store::{SIMULATED, StoredMachine};
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
@@ -334,6 +333,16 @@ pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
     println!("written      {}", output.display());
     write_section(&output, section_svg(&certified, &certified.plan.provenance.name, &[]))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the section view of a plan with depths beside its picture, as `NAME-section.svg`.
+pub fn write_section(picture: &Path, section: Option<String>) -> Result<(), CliError> {
+    let Some(section) = section else { return Ok(()) };
+    let name = picture.file_stem().unwrap_or_default().to_string_lossy();
+    let path = picture.with_file_name(format!("{name}-section.svg"));
+    write(&path, section.as_bytes())?;
+    println!("{:<36} {}", "section", path.display());
+    Ok(())
 }
 
 pub fn verify(path: &Path, time: CertifyTime) -> Result<ExitCode, CliError> {

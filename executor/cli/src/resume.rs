@@ -10,8 +10,9 @@ use keepout_planner::job::{LoopNumber, Progress};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::mm;
 
+use super::before::place;
 use super::replay::{Played, open};
-use super::run::{place, simulated_machine};
+use super::run::simulated_machine;
 use super::{CliError, RunArguments};
 
 /// A contour to cut again.

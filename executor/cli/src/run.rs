@@ -11,8 +11,8 @@ use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, TablePlacement,
-    picture_of_run, place_on_table, section_of_run,
+    EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, picture_of_run,
+    section_of_run,
 };
 use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
@@ -26,13 +26,13 @@ use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 
 use super::align::placed;
 use super::before::{
-    ConfirmPage, OperatorName, check_output, default_log, limit, refuse_incomplete,
+    ConfirmPage, OperatorName, check_output, default_log, limit, place, refuse_incomplete,
     refuse_margin_of_simulation, refuse_unknown_top,
 };
 use super::display::Display;
 use super::job::{JobFolder, keep_earlier};
 use super::operator_setup::set_up;
-use super::plan::{given, load, refuse_same, write};
+use super::plan::{given, load, refuse_same, write, write_section};
 use super::resume::{fits, progress_of};
 use super::values::seconds;
 use super::{CliError, MachineArgument, RunArguments};
@@ -151,17 +151,6 @@ pub fn simulated_machine(arguments: &RunArguments, plan: &CertifiedPlan) -> Resu
     }
 }
 
-/// The place of the drawing on the machine.
-pub fn place(
-    plan: &CertifiedPlan,
-    machine: &MachineProfile,
-    arguments: &RunArguments,
-) -> Result<TablePlacement, CliError> {
-    let place = place_on_table(plan, machine, arguments.origin_mm)?.with_top(plan, arguments.top_mm)?;
-    place.moved_by(&dialect_name(arguments)?)?;
-    Ok(place)
-}
-
 fn simulation(arguments: &RunArguments, plan: &CertifiedPlan, limit: Duration) -> Result<SimRun, CliError> {
     let machine = simulated_machine(arguments, plan)?;
     let start = arguments.start_mm.map(|start| {
@@ -235,7 +224,7 @@ impl Outputs {
 }
 
 /// The dialect of the arguments.
-fn dialect_name(arguments: &RunArguments) -> Result<DialectName, CliError> {
+pub fn dialect_name(arguments: &RunArguments) -> Result<DialectName, CliError> {
     DialectName::named(arguments.dialect()).map_err(|error| CliError::Argument(error.to_string()))
 }
 
@@ -390,16 +379,6 @@ fn finish(
         println!("{:<36} {}", "log", log.display());
     }
     Ok(exit_code(facts))
-}
-
-/// Writes the section view of a plan with depths beside its picture, as `NAME-section.svg`.
-pub fn write_section(picture: &Path, section: Option<String>) -> Result<(), CliError> {
-    let Some(section) = section else { return Ok(()) };
-    let name = picture.file_stem().unwrap_or_default().to_string_lossy();
-    let path = picture.with_file_name(format!("{name}-section.svg"));
-    write(&path, section.as_bytes())?;
-    println!("{:<36} {}", "section", path.display());
-    Ok(())
 }
 
 pub fn exit_code(facts: &RunFacts) -> ExitCode {

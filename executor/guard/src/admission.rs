@@ -75,8 +75,8 @@ impl<'a> Admissions<'a> {
         Ok(Admission { target, of: PhantomData })
     }
 
-    /// Certifies a retract move to `to`. It begins at rest, does not lower the tool, and comes nearer to no edge within the jogging
-    /// clearance.
+    /// Certifies a retract move to `to`. It begins at rest, does not lower the tool, and comes nearer to no edge
+    /// within the jogging clearance.
     ///
     /// # Errors
     /// [`Refusal`] with the reason.

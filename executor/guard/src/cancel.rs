@@ -9,9 +9,10 @@
 //!
 //! *Not path-keeping.* The controller may leave its path while it brakes. The tool stops within its stopping
 //! distance of where the cancel reached it, in any direction, also downward. The guard admits a cancel only if
-//! the hull, grown by that distance, is clear of what stands above the lowest height less that distance. The set keeps the growth, and the guard admits no jog, until the tool is
-//! at rest. A refused cancel is not sent: the jogs run to their certified targets, a short way ahead. A
-//! described controller belongs here unless its file states otherwise.
+//! the hull, grown by that distance, is clear of what stands above the lowest height less that distance. The set
+//! keeps the growth, and the guard admits no jog, until the tool is at rest. A refused cancel is not sent: the
+//! jogs run to their certified targets, a short way ahead. A described controller belongs here unless its file
+//! states otherwise.
 //!
 //! *No cancel.* A cancel is never sent. When the operator releases the stick, the tool stops soon, because
 //! the look-ahead is short. GRBL and grblHAL need this argument. A stop that ends exactly at the end of a
@@ -26,9 +27,9 @@ use keepout_kernel::exact::segment::{Window, points_within};
 use keepout_kernel::{Height, Length, Levels};
 
 use crate::evidence::Evidence;
-use crate::in_flight::{BELIEVED, InFlight, clear_box};
+use crate::in_flight::{BELIEVED, InFlight};
 use crate::motion::CertifiedCancel;
-use crate::{FreePlace, Guard, Interpolation, Refusal};
+use crate::{FreePlace, Guard, Interpolation, Refusal, clear_box};
 
 /// Behaviour of the tool when a jog is cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

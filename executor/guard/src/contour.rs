@@ -7,8 +7,8 @@ use keepout_kernel::offset::{Gouge, GougeCause, certify_path, shortest_arc};
 use keepout_kernel::{Arc, Curve, FreePoint, Height, Length, Place, Point, Turn};
 
 use crate::evidence::Evidence;
-use crate::in_flight::{BELIEVED, BEYOND, at_level, clear_box};
-use crate::{Certified, FreePlace, Guard, HeightRules, Interpolation, Motion, Refusal};
+use crate::in_flight::{BELIEVED, BEYOND, at_level};
+use crate::{Certified, FreePlace, Guard, HeightRules, Interpolation, Motion, Refusal, clear_box};
 
 /// A motion of a contour, as the controller gets it.
 #[derive(Clone, Copy, Debug, PartialEq)]

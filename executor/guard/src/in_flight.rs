@@ -35,16 +35,7 @@ use keepout_kernel::{
 
 use crate::evidence::Evidence;
 use crate::hull::Hull;
-use crate::{FreePlace, HeightRules, Refusal, Rules, Time};
-
-/// How a controller drives to a target.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interpolation {
-    /// Interpolated axes: the tool drives straight to the target.
-    Linear,
-    /// Non-interpolated axes: the tool can be anywhere in the box between start and target.
-    Independent,
-}
+use crate::{FreePlace, HeightRules, Interpolation, Refusal, Rules, Time, clear_box};
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
@@ -138,7 +129,7 @@ impl InFlight {
     }
 
     /// The confirmed positions and the targets of the first `count` lines.
-    fn places_up_to(&self, count: usize) -> impl Iterator<Item = FreePlace> + Clone + '_ {
+    pub(crate) fn places_up_to(&self, count: usize) -> impl Iterator<Item = FreePlace> + Clone + '_ {
         let lines = self.lines.iter().take(count).map(|line| line.target);
         self.before.into_iter().chain(self.confirmed).chain(lines)
     }
@@ -282,34 +273,6 @@ impl InFlight {
         Length::from_units(i64::from(self.resolution.units()) * count).unwrap_or(self.resolution)
     }
 
-    /// The point of the hull nearest to `position`.
-    pub(crate) fn nearest_in_set(&self, position: Point) -> Option<Point> {
-        self.nearest(position, self.lines.len())
-    }
-
-    /// The point nearest to `position` in the hull of the confirmed positions and the first `count` targets.
-    fn nearest(&self, position: Point, count: usize) -> Option<Point> {
-        match self.interpolation {
-            Interpolation::Linear => {
-                let hull = Hull::of(self.places_up_to(count).map(FreePlace::point));
-                hull.and_then(|hull| hull.nearest(position))
-            }
-            Interpolation::Independent => self.window(count).and_then(|window| nearest_in(window, position)),
-        }
-    }
-
-    fn window(&self, count: usize) -> Option<Window> {
-        self.places_up_to(count).map(|place| Window::of(place.point())).reduce(Window::union)
-    }
-
-    /// The place as a free point, if the motion to it from one point of the set is clear.
-    ///
-    /// One clear motion is enough, because the motion that the tool made was certified before. Rounding can
-    /// block the motion from the confirmed position to a far target by a unit.
-    pub(crate) fn reached(&self, part: &ProhibitedRegion, place: Point) -> Option<FreePoint> {
-        self.places().find_map(|from| part.motion(from.free, place).ok())
-    }
-
     /// Takes a report as evidence. `all` states whether the controller acknowledged every line before the
     /// query left.
     ///
@@ -430,26 +393,8 @@ enum Snap {
     Off,
 }
 
-fn nearest_in(window: Window, position: Point) -> Option<Point> {
-    let (x0, y0, x1, y1) = window.corners();
-    let (x, y) = (position.x.units().clamp(x0, x1), position.y.units().clamp(y0, y1));
-    Point::from_units(x.into(), y.into()).ok()
-}
-
 /// The free point as one of this region. A certificate of a higher level does not hold here: the region is
 /// asked anew.
 pub(crate) fn at_level(part: &ProhibitedRegion, from: FreePoint) -> Result<FreePoint, Blocked> {
     if from.level() < part.level() { part.free_point(from.point(), from.threshold()) } else { Ok(from) }
-}
-
-/// Certifies that a box is clear at the threshold of a free point in it. No edge comes near the box, so the
-/// whole box is on that point's side.
-pub(crate) fn clear_box(part: &ProhibitedRegion, from: FreePoint, window: Window) -> Result<(), Blocked> {
-    if !window.holds(from.point()) {
-        return Err(Blocked::StartTooNear(from.point()));
-    }
-    match part.index().near_box(window, from.threshold()) {
-        Some(edge) => Err(Blocked::ByEdge(*edge)),
-        None => Ok(()),
-    }
 }

@@ -78,8 +78,10 @@ mod height_tests;
 mod hull;
 mod in_flight;
 mod motion;
+mod nearest;
 mod open_space;
 mod place;
+mod queries;
 mod rules;
 mod state;
 #[cfg(test)]
@@ -95,13 +97,14 @@ pub use contour::{Certification, ContourMotion};
 use evidence::Evidence;
 pub use evidence::{PositionFeedback, QueryStamp};
 pub use hull::Hull;
-pub use in_flight::{DRAIN, Interpolation};
+pub use in_flight::DRAIN;
 use in_flight::{InFlight, LINES_MAX, Line};
-use keepout_kernel::{Height, Length, Levels, Place, Point, ProhibitedRegion};
+use keepout_kernel::{Height, Length, Levels, Place};
 pub use motion::{Certified, CertifiedCancel, Motion, Refusal};
+use nearest::clear_box;
 pub use open_space::guard_in_open_space;
 pub use place::FreePlace;
-pub use rules::{HeightRules, Rules};
+pub use rules::{HeightRules, Interpolation, Rules};
 pub use state::State;
 pub use time::Time;
 
@@ -144,31 +147,6 @@ impl Guard {
         }
     }
 
-    /// The part for jogs at the lowest height of the in-flight set: the simplified outline.
-    #[must_use]
-    pub fn part(&self) -> &ProhibitedRegion {
-        self.set.present(&self.simplified)
-    }
-
-    /// The part for jogs that lead to `height`: the simplified outline at the lower of that height and the
-    /// lowest height of the in-flight set.
-    #[must_use]
-    pub fn part_for(&self, height: Height) -> &ProhibitedRegion {
-        self.set.region(&self.simplified, self.lowest().map_or(height, |lowest| lowest.min(height)))
-    }
-
-    /// The lowest height of the in-flight set. `None` while the position is unknown.
-    #[must_use]
-    pub fn lowest(&self) -> Option<Height> {
-        self.set.lowest()
-    }
-
-    /// The rules of this guard.
-    #[must_use]
-    pub fn rules(&self) -> &Rules {
-        &self.rules
-    }
-
     /// Forgets the position of the tool. The guard then admits no motion until [`Guard::locate`] succeeds.
     pub fn forget(&mut self) {
         self.set.place(None);
@@ -206,46 +184,6 @@ impl Guard {
             exact.free_point(point, clearance.min(below)).map_err(Refusal::Blocked)
         });
         Ok(FreePlace { free: free?, height })
-    }
-
-    /// The last certified target: the end of the certified motions of the contour, or the target of the last
-    /// jog. It is the confirmed position when neither is in flight.
-    #[must_use]
-    pub fn end(&self) -> Option<FreePlace> {
-        if let Some(contour) = &self.contour {
-            return Some(contour.end());
-        }
-        self.set.lines.back().map(|line| line.target).or(self.set.confirmed)
-    }
-
-    /// The confirmed position of the tool. `None` while the position is unknown.
-    #[must_use]
-    pub fn confirmed(&self) -> Option<FreePlace> {
-        self.set.confirmed
-    }
-
-    /// The in-flight set: the confirmed position, then the targets in flight, in order. Without a checksum,
-    /// the confirmed position before it can come first.
-    pub fn in_flight(&self) -> impl Iterator<Item = Point> + '_ {
-        self.set.places().map(FreePlace::point)
-    }
-
-    /// The confirmed position, then the targets in flight of the lines after line `number`, in order.
-    pub fn way_after(&self, number: u64) -> impl Iterator<Item = Point> + '_ {
-        let lines = self.set.lines.iter().filter(move |line| line.number > number);
-        self.set.confirmed.into_iter().chain(lines.map(|line| line.target)).map(FreePlace::point)
-    }
-
-    /// Number of lines sent since the guard was made.
-    #[must_use]
-    pub fn sent(&self) -> u64 {
-        self.sent
-    }
-
-    /// Number of lines sent and not acknowledged.
-    #[must_use]
-    pub fn unacknowledged(&self) -> u64 {
-        self.sent - self.acknowledged
     }
 
     /// Number of lines that the controller's receive buffer may still hold. It is zero with a checksum,

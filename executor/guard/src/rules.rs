@@ -3,7 +3,16 @@
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Height, Length};
 
-use crate::{Interpolation, OnCancel};
+use crate::OnCancel;
+
+/// How a controller drives to a target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Interpolated axes: the tool drives straight to the target.
+    Linear,
+    /// Non-interpolated axes: the tool can be anywhere in the box between start and target.
+    Independent,
+}
 
 /// Rules that the guard applies to every motion.
 #[derive(Clone, Copy, Debug, PartialEq)]

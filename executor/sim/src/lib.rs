@@ -42,6 +42,7 @@ mod servo_drive;
 pub mod session;
 #[cfg(unix)]
 pub mod standalone;
+mod start;
 mod venus;
 mod zaber;
 

@@ -16,19 +16,19 @@ use keepout_executor::session::port::PortError;
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
     Clock, EventLog, EventLogError, Going, PlaceError, RunFacts, Sample, SampleKind, Session, SessionSetup,
-    TablePlacement, VirtualClock, coverage, place_on_table, start_inside,
+    VirtualClock, coverage, place_on_table, start_inside,
 };
 use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::{Height, Point, Vector};
-use keepout_planner::job::{Progress, contour_job};
+use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{mm, point_mm, vector_mm};
 use keepout_planner::{Mm2, Mm3};
 use thiserror::Error;
 
 use crate::monitor::CollisionMonitor;
+use crate::start::{check_start, comes_from_home};
 use crate::{PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings, VirtualPort, speaking};
 
 /// The link to the simulated machine.
@@ -217,17 +217,6 @@ impl Scene {
     }
 }
 
-fn check_start(plan: &CertifiedPlan, place: &TablePlacement, at: Point) -> Result<(), PlaceError> {
-    if !place.travel.holds(at) {
-        return Err(PlaceError::Start { at, reason: "it is beyond the machine's travel".into() });
-    }
-    // A tool with a third axis starts at its end of travel, above the part.
-    let part = if plan.plan.relief.is_some() { plan.region(Height::HIGHEST) } else { &plan.part };
-    let free = part.free_point(at, plan.roughing);
-    free.map_err(|blocked| PlaceError::Start { at, reason: blocked.to_string() })?;
-    Ok(())
-}
-
 /// Runs a whole session on the simulated machine.
 ///
 /// # Errors
@@ -309,17 +298,6 @@ fn on_pty(
         closed: ClosedPort::Other,
     }
     .into())
-}
-
-/// Whether the tool can stand at the home position, and can reach a contour to finish from there.
-fn comes_from_home(plan: &CertifiedPlan, place: &TablePlacement, home: Mm2) -> bool {
-    let back = Vector { dx: -place.offset.dx, dy: -place.offset.dy };
-    let Ok(point) = keepout_planner::units::point_from_mm(home).and_then(|point| point.translated(back))
-    else {
-        return false;
-    };
-    plan.part.free_point(point, plan.roughing).is_ok()
-        && contour_job(plan, point.in_plane(), place.travel).is_ok()
 }
 
 /// The monitor, and the samples for the picture.

@@ -9,6 +9,7 @@ mod contour_motions;
 mod contouring;
 mod errand;
 mod event;
+mod facts;
 mod fault;
 mod input;
 mod jog;
@@ -23,7 +24,6 @@ mod transitions;
 mod watch;
 
 use std::sync::Arc;
-use std::time::Duration;
 
 pub use abilities::Abilities;
 pub use contouring::{Interrupted, JobRequest};
@@ -40,7 +40,6 @@ use keepout_guard::{Guard, Time};
 use keepout_kernel::{Height, Place};
 use keepout_planner::Mm2;
 use keepout_planner::job::{LoopNumber, Progress};
-use keepout_planner::plan::CertifiedPlan;
 pub use options::Options;
 use polling::Polling;
 pub use prepared_plan::PreparedPlan;
@@ -221,96 +220,6 @@ impl Supervisor {
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.state.phase()
-    }
-
-    /// The fault that stopped the machine.
-    #[must_use]
-    pub fn fault(&self) -> Option<&Fault> {
-        if let State::Faulted { fault, .. } = &self.state { Some(fault) } else { None }
-    }
-
-    /// The fault from which the session had not recovered at its end.
-    #[must_use]
-    pub fn unrecovered(&self) -> Option<&Fault> {
-        self.unrecovered.as_ref()
-    }
-
-    /// The plan and its part.
-    #[must_use]
-    pub fn work(&self) -> &PreparedPlan {
-        &self.work
-    }
-
-    /// The plan.
-    #[must_use]
-    pub fn plan(&self) -> &CertifiedPlan {
-        &self.work.plan
-    }
-
-    /// The guard.
-    #[must_use]
-    pub fn guard(&self) -> &Guard {
-        &self.guard
-    }
-
-    /// The last reported position of the tool.
-    #[must_use]
-    pub fn position(&self) -> Option<Place> {
-        self.position
-    }
-
-    /// Whether the last report showed the machine at rest.
-    #[must_use]
-    pub fn is_at_rest(&self) -> bool {
-        matches!(self.mode, Some(Mode::Idle | Mode::Held))
-    }
-
-    /// Number of finishing loops that earlier sessions had finished.
-    #[must_use]
-    pub fn finished_before(&self) -> usize {
-        self.options.progress.finished.len()
-    }
-
-    /// Finishing loops contoured so far.
-    #[must_use]
-    pub fn finished(&self) -> &[LoopNumber] {
-        &self.contours.progress.finished
-    }
-
-    /// Finishing loops of the last contouring job that no link move reaches.
-    #[must_use]
-    pub fn unreached(&self) -> &[LoopNumber] {
-        &self.contours.unreached
-    }
-
-    /// Whether the cycle is armed: a contact starts the contour.
-    #[must_use]
-    pub fn is_armed(&self) -> bool {
-        self.operation.armed
-    }
-
-    /// Whether a contour was interrupted and is not finished.
-    #[must_use]
-    pub fn is_interrupted(&self) -> bool {
-        self.contours.interrupted.is_some()
-    }
-
-    /// Notices for the operator.
-    #[must_use]
-    pub fn notices(&self) -> &[String] {
-        &self.notices
-    }
-
-    /// Counters.
-    #[must_use]
-    pub fn counts(&self) -> Counts {
-        self.counts
-    }
-
-    /// Recent time from a query to its answer.
-    #[must_use]
-    pub fn round_trip(&self) -> Duration {
-        self.polling.round_trip
     }
 
     fn note(&mut self, notice: String) {

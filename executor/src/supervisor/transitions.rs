@@ -4,6 +4,7 @@
 //! Read the file before you commit it.
 
 use std::fmt::Write as _;
+use std::time::Duration;
 
 use keepout_guard::{Interpolation, OnCancel};
 use keepout_kernel::Point;

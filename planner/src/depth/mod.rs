@@ -4,6 +4,7 @@
 //! Material stands up to height zero, and openings go through, unless a depth is given for a contour: then the face
 //! just inside that contour lies so far below the top. So a depth makes a pocket, a step or a lower island.
 
+mod faces;
 mod margin;
 mod passes;
 
@@ -14,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 pub use self::margin::{HeightBudget, HeightTerm, HeightTermKind};
-pub(crate) use self::passes::{Band, chosen};
+pub(crate) use self::passes::{HeightBand, chosen};
 use crate::machine::{MachineProfile, ZProfile};
 use crate::margin::MarginError;
 use crate::units::{length_up_from_mm, mm};
@@ -362,42 +363,4 @@ fn standing_tops(part: &ProhibitedRegion) -> Vec<Option<Height>> {
     let depths = part.region().depths();
     let material = |depth: usize| depth.is_multiple_of(2) == (part.side() == Side::Outside);
     depths.into_iter().map(|depth| material(depth).then_some(Height::ZERO)).collect()
-}
-
-impl FaceDepth {
-    /// Sets the tops of its faces.
-    fn apply(
-        &self,
-        tops: &mut [Option<Height>],
-        numbers: &[usize],
-        layers: &[std::sync::Arc<str>],
-        thickness: Length,
-    ) -> Result<(), DepthError> {
-        let top = match self.depth_mm {
-            None => None,
-            Some(depth) => {
-                let depth = figure("the depth of a face", depth, 0.0)?;
-                if depth >= thickness {
-                    let (value_mm, needed) = (mm(depth.units()), "less than --thickness-mm, or `through`");
-                    return Err(DepthError::Figure { what: "the depth of a face", value_mm, needed });
-                }
-                Some(Height::ZERO.lowered(depth))
-            }
-        };
-        let number = |index: usize| numbers.get(index).copied().unwrap_or(index + 1);
-        let chosen = |index: usize| match &self.of {
-            FaceChoice::Contour(wanted) => number(index) == *wanted,
-            FaceChoice::Layer(wanted) => layers.get(index).is_some_and(|layer| **layer == **wanted),
-        };
-        let mut found = false;
-        for (_, each) in tops.iter_mut().enumerate().filter(|(index, _)| chosen(*index)) {
-            *each = top;
-            found = true;
-        }
-        match &self.of {
-            _ if found => Ok(()),
-            FaceChoice::Contour(number) => Err(DepthError::NoContour { number: *number }),
-            FaceChoice::Layer(layer) => Err(DepthError::NoLayer { layer: layer.clone() }),
-        }
-    }
 }

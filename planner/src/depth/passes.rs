@@ -7,7 +7,7 @@ use crate::profile::Profile;
 
 /// A band of heights with the same prohibited region, and the depth passes in it.
 #[derive(Clone, Debug)]
-pub(crate) struct Band {
+pub(crate) struct HeightBand {
     /// Heights of the passes, downward. The last one is at the bottom of the band.
     pub heights: Vec<Height>,
     /// Contours that bound the region, by index in the profile.
@@ -19,7 +19,11 @@ impl Relief {
     ///
     /// # Errors
     /// [`DepthError`] when the height margin is off the lattice.
-    pub(crate) fn bands(&self, levels: &Levels, part: &ProhibitedRegion) -> Result<Vec<Band>, DepthError> {
+    pub(crate) fn bands(
+        &self,
+        levels: &Levels,
+        part: &ProhibitedRegion,
+    ) -> Result<Vec<HeightBand>, DepthError> {
         let margin = self.budget.total()?;
         // The tip stays above each top by the margin. Tops of clamps above the part end no band of it.
         let tops = levels.tops().filter(|&top| top < Height::ZERO && top > self.floor);
@@ -31,7 +35,7 @@ impl Relief {
             let region = levels.at(end.lowered(margin));
             let contours = contours_of(region, part);
             if !contours.is_empty() {
-                bands.push(Band { heights: steps(begin, end, self.step_down), contours });
+                bands.push(HeightBand { heights: steps(begin, end, self.step_down), contours });
             }
             begin = end;
         }

@@ -56,7 +56,7 @@ pub(super) fn sections(
     };
     let levels = relief.levels(part)?;
     let margin = relief.budget.total().unwrap_or(Length::ZERO);
-    let section = |band: crate::depth::Band| {
+    let section = |band: crate::depth::HeightBand| {
         let lowest = band.heights.last().copied().unwrap_or(Height::ZERO);
         let region = Arc::clone(levels.at(lowest.lowered(margin)));
         let profile = chosen(&plan.profile, &band.contours);

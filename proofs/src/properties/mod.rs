@@ -19,7 +19,7 @@ use keepout_kernel::exact::predicate::Site;
 use keepout_kernel::exact::width::{Lattice, Narrow, Product};
 pub use predicates::*;
 
-use crate::oracle::{Place, Whole, Wide};
+use crate::oracle::{Whole, WholePoint, Wide};
 use crate::property::Property;
 
 /// All properties.
@@ -80,6 +80,6 @@ impl FromPlain for Narrow {
 }
 
 /// The point for the definitions, in the numbers of a width.
-fn exact<L: FromPlain>((x, y): Xy) -> Place<L::Number> {
-    Place::new(x, y)
+fn exact<L: FromPlain>((x, y): Xy) -> WholePoint<L::Number> {
+    WholePoint::new(x, y)
 }

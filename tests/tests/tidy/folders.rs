@@ -8,7 +8,6 @@ use crate::source::{Exceptions, Offender, files, judge};
 const WITH_ONE_FILE: &Exceptions = &[
     (".cargo", "Cargo looks for its files there"),
     (".ci", "CI looks for its script there"),
-    ("executor/cli/drawings", "the drawings that the program contains"),
     ("executor/src/dialect/venus", "owed: results of the fault catalogue hold for the path of venus.rs"),
     ("fuzz/seeds", "the seeds of each fuzz target"),
     ("tests/fuzz", "the inputs at which each fuzz target once failed"),

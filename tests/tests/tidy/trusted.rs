@@ -4,12 +4,13 @@ use crate::source::{Exceptions, Offender, judge, product, sources};
 
 /// What every certified motion rests on. The mesh, the offsets' proposals and the indexes' proposals are not
 /// here: they are checked.
-const TRUSTED: [&str; 8] = [
+const TRUSTED: [&str; 9] = [
     "kernel/src/exact",
     "kernel/src/index/check.rs",
     "kernel/src/index/query.rs",
     "kernel/src/index/cells.rs",
     "kernel/src/clear.rs",
+    "kernel/src/levels.rs",
     "kernel/src/simplify.rs",
     "kernel/src/offset/certify.rs",
     "executor/guard/src",
@@ -21,7 +22,7 @@ fn trusted(places: &[&str]) -> Vec<(String, String)> {
 }
 
 #[test]
-fn trusted_lines_are_fewer_than_4000() {
+fn trusted_lines_are_fewer_than_4500() {
     let (mut code, mut all) = (0, 0);
     for (_, text) in trusted(&TRUSTED) {
         let lines = product(&text).into_iter().map(|(_, line)| line.trim());
@@ -30,7 +31,7 @@ fn trusted_lines_are_fewer_than_4000() {
         all += lines.len();
     }
     println!("{code} lines of code, {all} with comments");
-    assert!(code < 4000, "{code} trusted lines of code, {all} with comments");
+    assert!(code < 4500, "{code} trusted lines of code, {all} with comments");
 }
 
 /// Whether the text names the word, not as a part of a longer one.

@@ -4,10 +4,29 @@ use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Height, Place, Point, UNITS_PER_MM, Vector};
 use keepout_planner::Mm3;
 
-use super::description::{DescribedZ, Description, Figure};
+use super::description::{Description, DescriptionError, Figure, figure};
+use super::file::UnitsZTable;
 use super::template::{Slot, Template};
 use crate::dialect::exchange::Sent;
 use crate::dialect::lines::{Sink, push_number};
+
+/// The third axis of a described controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DescribedZ {
+    /// The form of heights.
+    pub coordinate: Figure,
+    /// The controller's number at the machine's zero, counts.
+    pub zero: i64,
+    /// Whether the axis points downward.
+    pub invert: bool,
+}
+
+impl DescribedZ {
+    pub(super) fn of(table: &UnitsZTable) -> Result<Self, DescriptionError> {
+        let coordinate = figure("units.z.counts_per_mm", table.counts_per_mm, table.decimals)?;
+        Ok(Self { coordinate, zero: table.zero, invert: table.invert })
+    }
+}
 
 /// The values for the slots of a motion's lines.
 #[derive(Clone, Copy, Debug, Default)]

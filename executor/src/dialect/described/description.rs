@@ -6,9 +6,8 @@ use thiserror::Error;
 
 use super::super::exchange::SENT_MAX;
 use super::super::scale::Scale;
-use super::file::{
-    AcceptedName, ExchangeTable, File, MotionTable, RuleTable, UnitsZTable, mode_of, shape_of,
-};
+use super::axes::DescribedZ;
+use super::file::{AcceptedName, ExchangeTable, File, MotionTable, RuleTable, mode_of, shape_of};
 use super::template::{Slot, Template, TemplateError};
 use crate::supervisor::Mode;
 
@@ -75,17 +74,6 @@ impl Figure {
     pub fn written(self, counts: f64) -> String {
         format!("{:.*}", usize::from(self.decimals), counts / self.ten())
     }
-}
-
-/// The third axis of a described controller.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DescribedZ {
-    /// The form of heights.
-    pub coordinate: Figure,
-    /// The controller's number at the machine's zero, counts.
-    pub zero: i64,
-    /// Whether the axis points downward.
-    pub invert: bool,
 }
 
 /// A query and the form of its answer.
@@ -201,7 +189,7 @@ impl Description {
             zero: units.zero,
             swap: units.swap,
             invert: units.invert,
-            z: units.z.as_ref().map(third_axis).transpose()?,
+            z: units.z.as_ref().map(DescribedZ::of).transpose()?,
             status: question("ask.status.send", "ask.status.answer", &file.ask.status)?,
             position: file
                 .ask
@@ -346,11 +334,6 @@ impl Description {
     }
 }
 
-fn third_axis(table: &UnitsZTable) -> Result<DescribedZ, DescriptionError> {
-    let coordinate = figure("units.z.counts_per_mm", table.counts_per_mm, table.decimals)?;
-    Ok(DescribedZ { coordinate, zero: table.zero, invert: table.invert })
-}
-
 fn accepted_of(motion: &MotionTable) -> Result<Accepted, DescriptionError> {
     match (motion.accepted, &motion.answer) {
         (AcceptedName::Prompt, None) => Ok(Accepted::Prompt),
@@ -385,7 +368,7 @@ fn question(
     Ok(Question { send: template(send, &table.send)?, answer: template(answer, &table.answer)? })
 }
 
-fn figure(key: &'static str, counts: f64, decimals: u8) -> Result<Figure, DescriptionError> {
+pub(super) fn figure(key: &'static str, counts: f64, decimals: u8) -> Result<Figure, DescriptionError> {
     let scale = Scale::per_mm(counts).ok_or(value(key, "more than 0 and at most 1000000"))?;
     if decimals > DECIMALS_MAX {
         Err(value(key, "at most 6 decimals"))

@@ -18,8 +18,9 @@ mod tests;
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
+pub use axes::DescribedZ;
 use axes::Values;
-pub use description::{Accepted, DescribedZ, Description, DescriptionError, Figure};
+pub use description::{Accepted, Description, DescriptionError, Figure};
 use heard::{Asked, For, Heard};
 use keepout_guard::{Interpolation, Motion};
 use keepout_kernel::{Curve, Place, Point, Turn, UNITS_PER_MM};

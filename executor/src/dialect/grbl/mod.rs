@@ -20,6 +20,7 @@ mod settings;
 mod status;
 #[cfg(test)]
 mod tests;
+mod words;
 
 use buffers::Buffers;
 use identity::Identity;
@@ -30,7 +31,7 @@ use meaning::{alarm_text, error_text};
 use settings::{Settings, StartupBlocks, Stated, Stores};
 pub use status::Status;
 
-use super::lines::{Line, Lines, as_str, push_mm, push_number};
+use super::lines::{Line, Lines, as_str, push_number};
 use super::{Dialect, DialectConfig, Inspector};
 use crate::supervisor::{Abilities, Command, EncodeError, Limits, Reply, Report, text};
 
@@ -120,7 +121,7 @@ impl Grbl {
                 // An arc line that arrives twice is rejected if it gives the radius. If it gave the centre,
                 // it would cut a full circle.
                 if let Curve::Arc(arc) = curve {
-                    words(out, &[(b'R', arc.radius().units())]);
+                    words::words(out, &[(b'R', arc.radius().units())]);
                 }
                 feed_mm_min
             }
@@ -130,25 +131,6 @@ impl Grbl {
         out.push(b'\n');
         let bytes = out.len() - first;
         if bytes > LINE_MAX { Err(EncodeError::LineTooLong { bytes }) } else { Ok(()) }
-    }
-
-    /// Adds the words of a target, with its height on a machine with three axes.
-    fn target(&self, to: Place, with_height: bool, out: &mut Vec<u8>) {
-        words(out, &[(b'X', to.point.x.units()), (b'Y', to.point.y.units())]);
-        if with_height && self.three() {
-            words(out, &[(b'Z', to.height.units())]);
-        }
-    }
-
-    /// Whether the machine has three axes.
-    fn three(&self) -> bool {
-        self.setting.z.is_some()
-    }
-
-    /// Converts to work coordinates. Fails until a report has carried the work offset.
-    fn work(&self, place: Place) -> Result<Place, EncodeError> {
-        let offset = self.work_offset.ok_or(EncodeError::WorkOffsetUnknown)?;
-        Ok(apart(self.setting.on_machine(place)?, offset)?)
     }
 
     fn reply(&mut self, line: &str, out: &mut Vec<u8>) -> Option<Reply> {
@@ -403,12 +385,4 @@ fn apart(place: Place, origin: Place) -> Result<Place, LatticeError> {
     let back = Point::ORIGIN.minus(origin.point);
     let height = i64::from(place.height.units()) - i64::from(origin.height.units());
     Ok(place.point.translated(back)?.at_height(Height::from_units(height)?))
-}
-
-/// Adds words in mm, such as `X1.5Y-0.00001`.
-fn words(out: &mut Vec<u8>, values: &[(u8, i32)]) {
-    for &(letter, units) in values {
-        out.push(letter);
-        push_mm(out, units);
-    }
 }

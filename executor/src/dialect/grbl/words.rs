@@ -1,0 +1,36 @@
+//! The words of a motion's target.
+
+use keepout_kernel::Place;
+
+use super::{Grbl, apart};
+use crate::dialect::lines::push_mm;
+use crate::supervisor::EncodeError;
+
+impl Grbl {
+    /// Adds the words of a target, with its height on a machine with three axes.
+    pub(super) fn target(&self, to: Place, with_height: bool, out: &mut Vec<u8>) {
+        words(out, &[(b'X', to.point.x.units()), (b'Y', to.point.y.units())]);
+        if with_height && self.three() {
+            words(out, &[(b'Z', to.height.units())]);
+        }
+    }
+
+    /// Whether the machine has three axes.
+    pub(super) fn three(&self) -> bool {
+        self.setting.z.is_some()
+    }
+
+    /// Converts to work coordinates. Fails until a report has carried the work offset.
+    pub(super) fn work(&self, place: Place) -> Result<Place, EncodeError> {
+        let offset = self.work_offset.ok_or(EncodeError::WorkOffsetUnknown)?;
+        Ok(apart(self.setting.on_machine(place)?, offset)?)
+    }
+}
+
+/// Adds words in mm, such as `X1.5Y-0.00001`.
+pub(super) fn words(out: &mut Vec<u8>, values: &[(u8, i32)]) {
+    for &(letter, units) in values {
+        out.push(letter);
+        push_mm(out, units);
+    }
+}
