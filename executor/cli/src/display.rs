@@ -7,8 +7,8 @@ use keepout_executor::operator::Panel;
 use keepout_executor::session::outcome::ContourTally;
 use keepout_executor::supervisor::{Phase, Supervisor};
 use keepout_guard::Time;
-use keepout_planner::Mm2;
-use keepout_planner::units::point_mm;
+use keepout_planner::Mm3;
+use keepout_planner::units::place_mm;
 
 use super::RunArguments;
 use super::operator_setup::HELP;
@@ -75,10 +75,12 @@ impl Display {
         if self.bar.is_hidden() || !(now.micros() / 1000).is_multiple_of(100) {
             return;
         }
-        let position = supervisor.position().map_or("position unknown".into(), |point| {
-            let Mm2 { x, y } = point_mm(point.point);
+        let deep = supervisor.plan().plan.relief.is_some();
+        let position = supervisor.position().map_or("position unknown".into(), |place| {
+            let Mm3 { x, y, z } = place_mm(place);
             let (x, y) = (self.unit.figure(x), self.unit.figure(y));
-            format!("x {x:>9}  y {y:>9} {}", self.unit.symbol())
+            let z = if deep { format!("  z {:>8}", self.unit.figure(z)) } else { String::new() };
+            format!("x {x:>9}  y {y:>9}{z} {}", self.unit.symbol())
         });
         let progress = supervisor
             .guard()

@@ -23,9 +23,12 @@ pub const WATCHING_KEYS: &str = "SPACE STOP · p pause · r resume · f recover 
 /// Line that explains the keys after a fault.
 pub const FAULT_KEYS: &str = "f recover · q quit · ? help";
 /// The keys, line by line, for `?`.
-pub const HELP: [&str; 12] = [
+pub const HELP: [&str; 15] = [
     "SPACE          stop the jog, or pause the contour. Any key ends the stop.",
     "arrows         jog; HOME, PAGE UP, END and PAGE DOWN jog diagonally",
+    "+ -            up, down, in a plan with depths",
+    "u              raise the tool to the safe height, from anywhere",
+    "c, N, enter    cross to contour N: up, across, down to just above the stock; m: the spindle runs, or stands",
     "1 2 3 4        speed 5, 20, 50 or 100 %; in step mode the size of a step",
     "s              step mode on or off: each press moves one step",
     "a              arm the cycle: touching the wall starts the contour, at once if the tool touches it now",
@@ -35,7 +38,7 @@ pub const HELP: [&str; 12] = [
     "q              end the session: the machine comes to rest first",
     "? or h         show or hide this help",
     "The tool slides along the wall and cannot enter the part.",
-    "Keepout does not know the spindle, the height of the tool, or a clamp that is not drawn.",
+    "Keepout does not know the spindle, a clamp that is not drawn, or the tool's height in two axes.",
 ];
 
 /// The operator, the view if there is one, and the notices of the operator's devices.

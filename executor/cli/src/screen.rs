@@ -14,7 +14,7 @@ use keepout_executor::operator::Panel;
 use keepout_executor::session::nearest_wall;
 use keepout_executor::supervisor::{Phase, Supervisor};
 use keepout_guard::Time;
-use keepout_kernel::Point;
+use keepout_kernel::Place;
 use keepout_kernel::exact::ring::Ring;
 use keepout_planner::Mm2;
 use keepout_planner::plan::CertifiedPlan;
@@ -105,13 +105,15 @@ impl Screen {
         let position_mm = supervisor.position().map(|place| point_mm(place.point));
         let contouring = matches!(supervisor.phase(), Phase::Contouring | Phase::Holding);
         let clearance = if contouring { plan.finishing } else { plan.roughing };
-        let wall_mm = supervisor.position().and_then(|position| distance_to_part(plan, position.point));
+        let wall_mm = supervisor.position().and_then(|position| distance_to_part(plan, position));
+        let height_mm = supervisor.position().filter(|_| plan.plan.relief.is_some());
         let wall_mm = wall_mm.map(|distance| (distance - mm(clearance.units())).max(0.0));
         self.follow(position_mm, now);
         self.take_notices(supervisor.notices());
         ViewFacts {
             headline: headline(supervisor, wall_mm),
             position_mm,
+            height_mm: height_mm.map(|place| mm(place.height.units())),
             wall_mm,
             speed_mm_s: self.speed_mm_s(),
             unit: self.unit,
@@ -216,8 +218,8 @@ fn outline_of(plan: &CertifiedPlan) -> ScreenOutline {
     ScreenOutline::new(&rings.map(closed).collect::<Vec<_>>())
 }
 
-fn distance_to_part(plan: &CertifiedPlan, position: Point) -> Option<f64> {
-    let (at, wall) = (point_mm(position), nearest_wall(plan, position.in_plane())?);
+fn distance_to_part(plan: &CertifiedPlan, position: Place) -> Option<f64> {
+    let (at, wall) = (point_mm(position.point), nearest_wall(plan, position)?);
     Some(at.distance(wall))
 }
 

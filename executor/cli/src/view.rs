@@ -111,6 +111,8 @@ pub struct ViewFacts {
     pub headline: Headline,
     /// The tool's centre, drawing coordinates, mm.
     pub position_mm: Option<Mm2>,
+    /// The height of the tool's tip, drawing coordinates, mm. `None` for a plan for two axes.
+    pub height_mm: Option<f64>,
     /// Distance from the tool's centre to the wall, mm. It is 0 at the wall.
     pub wall_mm: Option<f64>,
     /// Unit in which lengths are shown.
@@ -188,15 +190,16 @@ fn small_view(facts: &ViewFacts, width: usize, height: usize) -> Vec<String> {
     let mut lines = vec![facts.headline.words()];
     lines.extend(explained(&facts.headline, width));
     let body = height.saturating_sub(lines.len() + 2);
-    let figures = [
-        format!("X {}", position(facts, |at| at.x)),
-        format!("Y {}", position(facts, |at| at.y)),
+    let place = [format!("X {}", position(facts, |at| at.x)), format!("Y {}", position(facts, |at| at.y))];
+    let height = facts.height_mm.map(|_| format!("Z {}", height_of(facts)));
+    let rest = [
         format!("wall {:>8} {}", distance(facts), facts.unit.symbol()),
         speed(facts),
         facts.status.clone(),
         clock(facts.seconds),
     ];
-    let figures: Vec<String> = figures.into_iter().take(body).map(|line| cut(&line, SMALL_FIGURES)).collect();
+    let figures = place.into_iter().chain(height).chain(rest);
+    let figures: Vec<String> = figures.take(body).map(|line| cut(&line, SMALL_FIGURES)).collect();
     if facts.help.is_empty() {
         let plan = plan_of(facts, width.saturating_sub(SMALL_FIGURES + 1), body);
         lines.extend(beside(&figures, &plan, SMALL_FIGURES + 1));
@@ -228,11 +231,16 @@ fn large_figures(facts: &ViewFacts, room: usize) -> Vec<String> {
     lines.push(String::new());
     lines.extend(big("WALL", &format!("{:>9}", distance(facts))));
     let unit = if facts.unit == ShownUnit::Inch { " · lengths in inches" } else { "" };
-    let rest = [speed(facts), facts.status.clone(), clock(facts.seconds) + unit];
+    let height = facts
+        .height_mm
+        .map_or(String::new(), |_| format!("Z {} {}", height_of(facts).trim(), facts.unit.symbol()));
+    let rest = [height, speed(facts), facts.status.clone(), clock(facts.seconds) + unit];
+    let rest = rest.into_iter().filter(|line| !line.is_empty());
+    let rest: Vec<String> = rest.collect();
     if lines.len() + rest.len() < room {
         lines.push(String::new());
     }
-    lines.extend(rest.into_iter().filter(|line| !line.is_empty()).map(|line| format!("{:<5}{line}", "")));
+    lines.extend(rest.into_iter().map(|line| format!("{:<5}{line}", "")));
     lines.truncate(room);
     lines
 }
@@ -244,6 +252,13 @@ fn plan_of(facts: &ViewFacts, columns: usize, lines: usize) -> Vec<String> {
 
 fn position(facts: &ViewFacts, axis: fn(Mm2) -> f64) -> String {
     match facts.position_mm.map(axis) {
+        Some(mm) if mm.abs() < 99_999.0 => format!("{:>9}", facts.unit.figure(mm)),
+        _ => format!("{:>9}", "---"),
+    }
+}
+
+fn height_of(facts: &ViewFacts) -> String {
+    match facts.height_mm {
         Some(mm) if mm.abs() < 99_999.0 => format!("{:>9}", facts.unit.figure(mm)),
         _ => format!("{:>9}", "---"),
     }

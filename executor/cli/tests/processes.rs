@@ -515,7 +515,7 @@ fn demo_keeps_other_logs() {
         );
         assert_eq!(std::fs::read(&log).unwrap(), other);
     }
-    assert!(!Path::new(&shop.at("bracket.plan")).exists(), "the demo began despite the log");
+    assert!(!Path::new(&shop.at("cover.plan")).exists(), "the demo began despite the log");
     std::fs::remove_file(&log).unwrap();
     for _ in 0..2 {
         let run = demo();

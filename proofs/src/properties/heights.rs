@@ -53,10 +53,17 @@ properties! {
         random 40_000;
     contours_are_certified_at_their_lowest_heights |d| {
         let path: Vec<Xyz> = (0..4).map(|_| space(d)).collect();
-        contours_are_certified_at_their_lowest_heights(&path, d.one_of(8), d.coin())
+        contours_are_certified_at_their_lowest_heights(&path, d.one_of(8), [d.coin(), d.coin()])
     }
         => "a contour is certified exactly when its motions join in height too, stay within the heights of \
             travel, and are clear of what stands above the lower end of each, less the height margin";
+        random 20_000;
+    ways_out_do_not_lead_down |d| {
+        let from = (500 + d.int(FINISHING, CLEARANCE - 1), d.int(1000, 6000), d.int(POCKET + 20, 0));
+        ways_out_do_not_lead_down([from, (d.int(1000, 4000), d.int(1000, 6000), d.int(POCKET + 11, 10))])
+    }
+        => "from inside the jogging clearance, a retract move into the middle of the pocket is admitted exactly \
+            when it does not lower the tool";
         random 20_000;
     heights_beyond_the_travel_are_refused |d|
         heights_beyond_the_travel_are_refused(d.int(LOWEST - 300, HIGHEST + 300))
@@ -70,6 +77,8 @@ properties! {
         random 20_000;
 }
 
+/// The motion whose number this is leads beyond the travel.
+const BEYOND: usize = 7;
 const CLEARANCE: i64 = 300;
 const FINISHING: i64 = 290;
 const RESOLUTION: i64 = 5;
@@ -259,11 +268,21 @@ fn reported_heights_off_the_set_are_refused(start: Xyz, to: i64, reported: i64) 
     assert!(units(guard.lowest().expect("it is known")) >= low, "{start:?} {to} {reported}");
 }
 
-fn contours_are_certified_at_their_lowest_heights(path: &[Xyz], torn: usize, high: bool) {
+fn contours_are_certified_at_their_lowest_heights(path: &[Xyz], torn: usize, [high, plunges]: [bool; 2]) {
     let mut guard = guard(Interpolation::Linear, true);
     let mut path: Vec<Xyz> = path.to_vec();
+    let last = path.len() - 1;
+    if plunges {
+        (path[last].0, path[last].1) = (path[last - 1].0, path[last - 1].1);
+    }
     if high {
-        path.iter_mut().for_each(|each| each.2 = each.2.max(CLAMP + MARGIN - 1));
+        // A plunge leads down from there.
+        let raised = path.iter_mut().take(if plunges { last } else { last + 1 });
+        raised.for_each(|each| each.2 = each.2.max(CLAMP + MARGIN - 1));
+    }
+    let beyond = torn == BEYOND;
+    if beyond {
+        path[1].2 = HIGHEST + 1;
     }
     if guard.locate(place(path[0])).is_err() {
         return passed_over();
@@ -289,10 +308,18 @@ fn contours_are_certified_at_their_lowest_heights(path: &[Xyz], torn: usize, hig
         levels().at(height(units(end.height) - MARGIN)).free_point(end.point, length(CLEARANCE)).is_ok();
     let begins =
         levels().at(height(path[0].2 - MARGIN)).free_point(place(path[0]).point, length(FINISHING)).is_ok();
-    let right = joined && begins && ends_clear && motions.iter().all(clear);
+    let right = !beyond && joined && begins && ends_clear && motions.iter().all(clear);
     let begun = guard.begin_contour(motions).is_ok();
     let certified = begun && guard.certify_contour(usize::MAX) == Ok(Certification::Done);
     assert_eq!(certified, right, "{path:?} {torn}");
+}
+
+fn ways_out_do_not_lead_down([from, to]: [Xyz; 2]) {
+    let mut guard = guard(Interpolation::Linear, true);
+    if guard.locate(place(from)).is_err() || !guard.is_inside_jogging_clearance() {
+        return passed_over();
+    }
+    assert_eq!(guard.retract(place(to), 600).is_ok(), to.2 >= from.2, "{from:?} {to:?}");
 }
 
 fn heights_beyond_the_travel_are_refused(to: i64) {

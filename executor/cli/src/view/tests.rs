@@ -6,6 +6,7 @@ fn facts() -> ViewFacts {
     ViewFacts {
         headline: Headline::AtTheWall,
         position_mm: Some(Mm2::new(-3.2204, 41.5)),
+        height_mm: None,
         wall_mm: Some(0.0124),
         unit: ShownUnit::Mm,
         speed_mm_s: Some(12.34),
@@ -94,6 +95,7 @@ fn every_headline_fits_80_columns_large() {
 fn view_fits_every_size_with_any_facts() {
     let odd = ViewFacts {
         headline: Headline::stopped(&"a long reason \u{1b}[2J 漢字 ".repeat(40)),
+        height_mm: Some(f64::NAN),
         position_mm: Some(Mm2::new(f64::NAN, f64::INFINITY)),
         wall_mm: Some(-1.0),
         unit: ShownUnit::Inch,
@@ -111,6 +113,11 @@ fn view_fits_every_size_with_any_facts() {
     let far =
         ViewFacts { position_mm: Some(Mm2::new(-123_456.789, 99_998.999)), wall_mm: Some(1e9), ..facts() };
     let helped = ViewFacts { help: &crate::operator_setup::HELP, ..facts() };
+    let high = ViewFacts { height_mm: Some(-2.5), ..facts() };
+    for (columns, lines) in [(40, 12), (100, 40)] {
+        let text = draw(&high, columns, lines).join("\n");
+        assert!(text.contains("Z") && text.contains("-2.500"), "{text}");
+    }
     let none = ViewFacts { position_mm: None, wall_mm: None, speed_mm_s: None, ..facts() };
     for facts in [facts(), odd, far, none, helped] {
         for width in (0..=100).chain([200, 1000]) {
