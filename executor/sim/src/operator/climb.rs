@@ -69,8 +69,8 @@ pub(super) fn to_contact(view: &OperatorView) -> Option<OperatorInput> {
         if height_mm < CROSS_MM {
             return up(1.0);
         }
-        let share = (away.length() / 80.0).clamp(0.05, 0.4);
+        let share = (away.length() / 400.0).clamp(0.05, 0.4);
         return Some(OperatorInput { velocity: away / away.length() * share, ..still });
     }
-    up(-((height_mm - START_MM) / 20.0).clamp(0.03, 0.5))
+    up(-((height_mm - START_MM) / 60.0).clamp(0.05, 0.4))
 }
