@@ -147,7 +147,8 @@ impl CollisionMonitor {
         for_each_piece(&levels, from, here, |motion, height| {
             let part = levels.at(height);
             match self.rule {
-                Some(rule) => self.decide(part, rule, motion, sample),
+                // A tool that rose beside a wall is outside only well above its top: its height errs, too.
+                Some(rule) => self.decide([part, levels.at(below(height))], rule, motion, sample),
                 None => self.measure(part, motion, height, sample),
             }
             self.level = Some(part.level());
@@ -173,7 +174,14 @@ impl CollisionMonitor {
         Self { rule: Some(rule), ..self }
     }
 
-    fn decide(&mut self, part: &ProhibitedRegion, rule: JoggingRule, motion: Segment, sample: &Sample) {
+    /// Decides by the region at the height of the tip, and the one below it.
+    fn decide(
+        &mut self,
+        [part, under]: [&ProhibitedRegion; 2],
+        rule: JoggingRule,
+        motion: Segment,
+        sample: &Sample,
+    ) {
         let (at, centre) = (sample.at, motion.to);
         // Below another level, the tool may stand in the middle of a part whose edges are far away.
         let sunk = self.level.is_some_and(|level| level < part.level()) && part.holds(motion.from);
@@ -182,7 +190,7 @@ impl CollisionMonitor {
         } else if part.motion_clear(motion, rule.clearance).is_clear() {
             // A contour can end between the two distances. Then the tool may already be too near by the
             // machine's own count, and its next motion is a retract move, however large the positioning error.
-            let outside = part.motion_clear(motion, rule.outside).is_clear();
+            let outside = under.motion_clear(motion, rule.outside).is_clear();
             self.excused = !outside && (self.excused || sample.kind == SampleKind::Run);
         } else if !part.motion_clear(motion, self.radius).is_clear() || part.holds(centre) {
             self.find(Verdict::Gouge { at, centre });
@@ -321,6 +329,11 @@ impl CollisionMonitor {
     pub fn watched(&self) -> u64 {
         self.watched
     }
+}
+
+/// A height that is certainly below the tip, whatever the error of its height (0.5 mm).
+fn below(height: Height) -> Height {
+    height.lowered(Length::from_units(50_000).unwrap_or(Length::ZERO))
 }
 
 /// Calls `visit` with the pieces of a motion, in order, each with its lowest height. The motion is cut at the
