@@ -53,7 +53,11 @@ properties! {
         random 40_000;
     contours_are_certified_at_their_lowest_heights |d| {
         let path: Vec<Xyz> = (0..4).map(|_| space(d)).collect();
-        contours_are_certified_at_their_lowest_heights(&path, d.one_of(8), [d.coin(), d.coin()])
+        contours_are_certified_at_their_lowest_heights(&path, d.one_of(8), [d.coin(), d.coin()]);
+        // Down into the pocket, and to its wall, just above or below its top.
+        let (x, z) = (500 + d.int(FINISHING - 2, CLEARANCE + 2), MARGIN + d.int(-3, 1));
+        let path = [(-4000, -4000, 700), (2500, 3500, 700), (2500, 3500, z), (x, d.int(1000, 6000), z)];
+        contours_are_certified_at_their_lowest_heights(&path, 0, [false; 2])
     }
         => "a contour is certified exactly when its motions join in height too, stay within the heights of \
             travel, and are clear of what stands above the lower end of each, less the height margin";
