@@ -66,6 +66,8 @@ pub const TIED: &[(&str, &[&str])] = &[
     ("rounding", &["a_unit_more_covers_rounding_by_a_unit"]),
     ("clip_prefix", &["clipped_motions_are_clear_prefixes", "prefixes_were_accepted"]),
     ("in_flight_is_convex", &["admitted_jogs_keep_the_hull_clear"]),
+    ("levels_are_monotone", &["levels_are_monotone", "levels_hold_what_stands_above_the_tip"]),
+    ("lowest_height_suffices", &["jogs_are_clear_of_what_stands_above_the_lowest_height"]),
     ("hull_is_one_polygon", &["hull_holds_its_points_and_no_others", "admitted_jogs_keep_the_hull_clear"]),
 ];
 
