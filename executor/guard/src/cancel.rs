@@ -182,7 +182,7 @@ impl InFlight {
         if !self.rests_again(position) {
             return Ok(false);
         }
-        // The set may be certified at a higher level only, so the position is asked anew.
+        // The set may be certified at a higher level only, so this level is queried again.
         let confirmed = self.confirmed.ok_or(off)?;
         let part = self.region(levels, height);
         let free = match self.reached(part, position.point) {

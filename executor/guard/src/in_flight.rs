@@ -393,8 +393,8 @@ enum Snap {
     Off,
 }
 
-/// The free point as one of this region. A certificate of a higher level does not hold here: the region is
-/// asked anew.
+/// The free point as one of this region. A certificate of a higher level does not hold here, so the
+/// region certifies the point again.
 pub(crate) fn at_level(part: &ProhibitedRegion, from: FreePoint) -> Result<FreePoint, Blocked> {
     if from.level() < part.level() { part.free_point(from.point(), from.threshold()) } else { Ok(from) }
 }

@@ -3,11 +3,11 @@
 
 use keepout_guard::Time;
 use keepout_kernel::{Height, Point};
-use keepout_planner::units::{length_up_from_mm, point_from_mm};
+use keepout_planner::units::{length_up_from_mm, mm, point_from_mm};
 
 use super::Supervisor;
 use super::event::Command;
-use super::jog::{JogContext, JogPlanner, Lift};
+use super::jog::{JogContext, JogPlanner, Lift, climbed};
 use super::state::State;
 
 /// What the tool does by itself, step by step, until the operator moves a control.
@@ -91,33 +91,24 @@ impl Supervisor {
         }
         let waits = (up < 0.0 || turned_mm < 0.0) && self.waits_for_spindle();
         let lowest = if self.operation.spindle.is_none() { near_stock() } else { Height::LOWEST };
-        let mut context = JogContext {
-            guard: &mut self.guard,
-            counts: &mut self.counts,
-            commands,
-            limits: self.limits,
-            lift_mm_s: self.lift_mm_s,
-            lowest,
-            abilities: self.abilities,
-            round_trip: self.polling.round_trip,
-            now,
-        };
-        let planner = match &mut self.state {
-            State::Manual(planner) | State::Sliding(planner) | State::Escaping(planner) => planner,
-            _ => return false,
+        let (state, mut context) = self.jogging(lowest, now, commands);
+        let (State::Manual(planner) | State::Sliding(planner) | State::Escaping(planner)) = state else {
+            return false;
         };
         if !planner.rests_in_plane(&mut context) {
             return true;
         }
+        let (mut turns_left_mm, mut errand_left) = (turned_mm, errand);
         if waits {
-            self.operation.turned_up_mm = 0.0;
+            turns_left_mm = 0.0;
         } else if up != 0.0 {
             planner.lift(up, &mut context);
         } else if turned_mm != 0.0 {
-            self.operation.turned_up_mm = turned(planner, turned_mm, &mut context);
+            turns_left_mm = turned(planner, turned_mm, &mut context);
         } else if let Some(errand) = errand {
-            self.operation.errand = errand.step(planner, &mut context);
+            errand_left = errand.step(planner, &mut context);
         }
+        (self.operation.turned_up_mm, self.operation.errand) = (turns_left_mm, errand_left);
         true
     }
 
@@ -153,13 +144,11 @@ fn near_stock() -> Height {
 /// Follows the handwheel of the third axis. Returns the turns that are left.
 fn turned(planner: &mut JogPlanner, turned_mm: f64, context: &mut JogContext<'_>) -> f64 {
     let Some(end) = context.guard.end() else { return 0.0 };
-    let Ok(step) = length_up_from_mm(turned_mm.abs()) else { return 0.0 };
-    let to = if turned_mm > 0.0 { end.height().raised(step) } else { end.height().lowered(step) };
+    let Some(to) = climbed(end.height(), turned_mm) else { return 0.0 };
     let sent = context.guard.sent();
     let lift = planner.lift_to(to, context.lift_mm_s, context);
     let now_at = context.guard.end().map_or(to, |end| end.height());
-    let moved_mm =
-        keepout_planner::units::mm(now_at.units()) - keepout_planner::units::mm(end.height().units());
+    let moved_mm = mm(now_at.units()) - mm(end.height().units());
     match lift {
         Lift::Ends => 0.0,
         Lift::Moves if context.guard.sent() == sent => turned_mm,

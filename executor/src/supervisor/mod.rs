@@ -272,18 +272,8 @@ impl Supervisor {
             self.led_away(jogs);
             return;
         }
-        let mut context = JogContext {
-            guard: &mut self.guard,
-            counts: &mut self.counts,
-            commands,
-            limits: self.limits,
-            lift_mm_s: self.lift_mm_s,
-            lowest: Height::LOWEST,
-            abilities: self.abilities,
-            round_trip: self.polling.round_trip,
-            now,
-        };
-        let contact = match &mut self.state {
+        let (state, mut context) = self.jogging(Height::LOWEST, now, commands);
+        let contact = match state {
             State::Manual(steering) | State::Sliding(steering) => steering.steer(input, &mut context),
             State::Escaping(steering) => {
                 steering.retract(input, &mut context);
@@ -297,6 +287,27 @@ impl Supervisor {
             (State::Sliding(steering), WallContact::Free) => State::Manual(steering),
             (state, _) => state,
         };
+    }
+
+    /// The state, and the context of a jog that does not lower the tool below a height.
+    fn jogging<'a>(
+        &'a mut self,
+        lowest: Height,
+        now: Time,
+        commands: &'a mut Vec<Command>,
+    ) -> (&'a mut State, JogContext<'a>) {
+        let context = JogContext {
+            guard: &mut self.guard,
+            counts: &mut self.counts,
+            commands,
+            limits: self.limits,
+            lift_mm_s: self.lift_mm_s,
+            lowest,
+            abilities: self.abilities,
+            round_trip: self.polling.round_trip,
+            now,
+        };
+        (&mut self.state, context)
     }
 
     /// Takes note that the operator jogged since there were so many jogs.

@@ -353,7 +353,7 @@ impl Relief {
     }
 }
 
-/// The top of what is around all contours: nothing for a part that is machined from outside.
+/// The top of the material around all contours. A part that is machined from outside has none there.
 fn around(part: &ProhibitedRegion) -> Option<Height> {
     (part.side() == Side::Inside).then_some(Height::ZERO)
 }

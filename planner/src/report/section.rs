@@ -30,7 +30,7 @@ const STRETCHES: [f64; 5] = [20.0, 10.0, 5.0, 2.0, 1.0];
 /// Greatest height of the picture, as a share of its width.
 const FLAT: f64 = 0.35;
 
-/// The heights of the part, or of what is left of the stock, along a section.
+/// The heights of the part along a section.
 struct Profile {
     /// The section is at this y.
     y_mm: f64,

@@ -105,32 +105,24 @@ fn errors() -> Vec<World> {
     ]
 }
 
+/// A contour that plunges beside the plate, and rises at its end.
+const PLUNGE: &[Xyz] =
+    &[(-108, -108, 50), (-108, -108, -100), (-108, 508, -100), (-108, 508, 50), (200, 200, 50)];
+
 /// Worlds in which the host cuts a contour.
 fn contours() -> Vec<World> {
     vec![
         World {
             name: "heights: contour with a plunge",
             start: (-108, -108, 50),
-            contour: &[
-                (-108, -108, 50),
-                (-108, -108, -100),
-                (-108, 508, -100),
-                (-108, 508, 50),
-                (200, 200, 50),
-            ],
+            contour: PLUNGE,
             drive: MotionModel { cancels: false, ..CLIMBING },
             ..CONTOUR
         },
         World {
             name: "heights: contour with a plunge, lines lost",
             start: (-108, -108, 50),
-            contour: &[
-                (-108, -108, 50),
-                (-108, -108, -100),
-                (-108, 508, -100),
-                (-108, 508, 50),
-                (200, 200, 50),
-            ],
+            contour: PLUNGE,
             drive: MotionModel { cancels: false, ..CLIMBING },
             trouble: Trouble { lost: 1, ..QUIET },
             ..CONTOUR

@@ -54,10 +54,8 @@ impl JogPlanner {
     pub(in crate::supervisor) fn lift(&mut self, share: f64, context: &mut JogContext<'_>) -> Lift {
         let Some(end) = context.guard.end() else { return Lift::Ends };
         let speed_mm_s = share.abs().min(1.0) * context.lift_mm_s;
-        let step_mm = (speed_mm_s * STEP_S).max(SHORTEST_MM);
-        let Ok(step) = length_up_from_mm(step_mm) else { return Lift::Ends };
-        let to = if share > 0.0 { end.height().raised(step) } else { end.height().lowered(step) };
-        self.lift_to(to, speed_mm_s, context)
+        let step_mm = (speed_mm_s * STEP_S).max(SHORTEST_MM).copysign(share);
+        climbed(end.height(), step_mm).map_or(Lift::Ends, |to| self.lift_to(to, speed_mm_s, context))
     }
 
     /// Moves the tool toward a height, by one jog at most.
@@ -119,6 +117,12 @@ impl JogPlanner {
         context.send(certified);
         Lift::Moves
     }
+}
+
+/// The height that is `up_mm` above another, or below it for a negative distance.
+pub(in crate::supervisor) fn climbed(height: Height, up_mm: f64) -> Option<Height> {
+    let step = length_up_from_mm(up_mm.abs()).ok()?;
+    Some(if up_mm > 0.0 { height.raised(step) } else { height.lowered(step) })
 }
 
 /// The lowest admitted jog straight down toward `target`. `None` when the guard admits none.

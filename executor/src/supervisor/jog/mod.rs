@@ -15,7 +15,7 @@ use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Height, Point};
 use keepout_planner::Mm2;
-pub(super) use lift::Lift;
+pub(super) use lift::{Lift, climbed};
 use pace::LookAhead;
 pub use search::WallContact;
 use search::{Proposal, Push, Search, on_grid, part_of, vector};
