@@ -4,12 +4,16 @@
 use std::time::Duration;
 
 use keepout_executor::dialect::DialectName;
+use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::{Going, NoEventLog};
-use keepout_executor::supervisor::PreparedPlan;
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, PreparedPlan, Supervisor};
+use keepout_guard::Time;
 use keepout_planner::depth::{DepthParameters, EntryMove, FaceChoice, FaceDepth};
 use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::plan::PlanParameters;
 use keepout_planner::request::PlanRequest;
+use keepout_planner::units::point_mm;
+use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator;
 use keepout_sim::session::{Scene, SimResult, SimRun, run_simulated};
 
@@ -61,4 +65,51 @@ fn whole_part_is_cut_from_solid_stock_by_a_plunging_operator() {
         assert_eq!(facts.deepest_mm, Some(0.0), "{dialect}: {facts:?}");
         assert_eq!(facts.outcome.to_string(), "complete: 4 of 4 contours cut", "{dialect}: {facts:?}");
     }
+}
+
+/// An operator who crosses to a contour, and gives inputs at these intervals.
+struct Errand {
+    every: Duration,
+    /// The session lets the operator steer.
+    steers: bool,
+    given: bool,
+}
+
+impl Operator for Errand {
+    fn input(&mut self, view: &OperatorView, _now: Time) -> OperatorInput {
+        self.steers = view.phase.is_steered();
+        OperatorInput::default()
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        let gives = self.steers && !std::mem::replace(&mut self.given, self.steers);
+        gives.then_some(OperatorCommand::Cross { contour: 3 })
+    }
+
+    fn every(&self) -> Duration {
+        self.every
+    }
+}
+
+/// The way of the tool in the plane, in 20 s, mm.
+fn crossed_mm(every: Duration) -> f64 {
+    let run = SimRun { machine: machine(), ..SimRun::default() };
+    let mut places = Vec::new();
+    let mut watch = |supervisor: &Supervisor, _: &CollisionMonitor, now: Time| {
+        if supervisor.phase().is_steered()
+            && let Some(at) = supervisor.position()
+        {
+            places.push(point_mm(at.point));
+        }
+        if now.elapsed().as_secs() < 20 { Going::On } else { Going::Halt }
+    };
+    let operator = Box::new(Errand { every, steers: false, given: false });
+    run_simulated(work(EntryMove::Plunge), &run, operator, Box::new(NoEventLog), &mut watch).unwrap();
+    (*places.last().unwrap() - places[0]).length()
+}
+
+#[test]
+fn errand_goes_on_only_while_the_operator_gives_inputs() {
+    let (crossed, stopped) = (crossed_mm(Duration::from_millis(10)), crossed_mm(Duration::from_secs(60)));
+    assert!(crossed > 30.0 && stopped < 10.0, "{crossed} mm, and {stopped} mm without inputs");
 }

@@ -3,12 +3,11 @@
 
 use keepout_guard::Time;
 use keepout_kernel::{Height, Point};
-use keepout_planner::units::{length_up_from_mm, mm, point_from_mm};
+use keepout_planner::units::{length_up_from_mm, point_from_mm};
 
 use super::Supervisor;
 use super::event::Command;
-use super::jog::{JogContext, JogPlanner, Lift, climbed};
-use super::state::State;
+use super::jog::{JogContext, JogPlanner, Lift};
 
 /// What the tool does by itself, step by step, until the operator moves a control.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,34 +80,34 @@ impl Supervisor {
 
     /// Moves the tool along the third axis, if the operator or an errand asks for it. Returns whether one does.
     pub(super) fn lifts(&mut self, now: Time, commands: &mut Vec<Command>) -> bool {
-        let (up, turned_mm) = (self.operation.input.up(now), self.operation.turned_up_mm);
         if self.work.plan.plan.relief.is_none() {
             return false;
         }
-        let errand = self.operation.errand;
-        if up == 0.0 && turned_mm == 0.0 && errand.is_none() {
+        let (up, errand) = (self.operation.input.up(now), self.operation.errand);
+        let turned_up_mm = self.state.steering().map_or(0.0, |planner| planner.turned_up_mm());
+        if up == 0.0 && turned_up_mm == 0.0 && errand.is_none() {
             return false;
         }
-        let waits = (up < 0.0 || turned_mm < 0.0) && self.waits_for_spindle();
+        let waits = (up < 0.0 || turned_up_mm < 0.0) && self.waits_for_spindle();
         let lowest = if self.operation.spindle.is_none() { near_stock() } else { Height::LOWEST };
         let (state, mut context) = self.jogging(lowest, now, commands);
-        let (State::Manual(planner) | State::Sliding(planner) | State::Escaping(planner)) = state else {
-            return false;
-        };
+        let Some(planner) = state.steering() else { return false };
         if !planner.rests_in_plane(&mut context) {
             return true;
         }
-        let (mut turns_left_mm, mut errand_left) = (turned_mm, errand);
-        if waits {
-            turns_left_mm = 0.0;
-        } else if up != 0.0 {
-            planner.lift(up, &mut context);
-        } else if turned_mm != 0.0 {
-            turns_left_mm = turned(planner, turned_mm, &mut context);
-        } else if let Some(errand) = errand {
-            errand_left = errand.step(planner, &mut context);
+        if waits || up != 0.0 {
+            planner.forget_turns_up();
         }
-        (self.operation.turned_up_mm, self.operation.errand) = (turns_left_mm, errand_left);
+        if waits {
+            return true;
+        }
+        if up != 0.0 {
+            planner.lift(up, &mut context);
+        } else if turned_up_mm != 0.0 {
+            planner.follow_turns_up(&mut context);
+        } else if let Some(errand) = errand {
+            self.operation.errand = errand.step(planner, &mut context);
+        }
         true
     }
 
@@ -139,22 +138,6 @@ impl Supervisor {
 /// The height above the stock below which the spindle must be stated.
 fn near_stock() -> Height {
     Height::ZERO.raised(length_up_from_mm(ABOVE_STOCK_MM).unwrap_or(keepout_kernel::Length::ZERO))
-}
-
-/// Follows the handwheel of the third axis. Returns the turns that are left.
-fn turned(planner: &mut JogPlanner, turned_mm: f64, context: &mut JogContext<'_>) -> f64 {
-    let Some(end) = context.guard.end() else { return 0.0 };
-    let Some(to) = climbed(end.height(), turned_mm) else { return 0.0 };
-    let sent = context.guard.sent();
-    let lift = planner.lift_to(to, context.lift_mm_s, context);
-    let now_at = context.guard.end().map_or(to, |end| end.height());
-    let moved_mm = mm(now_at.units()) - mm(end.height().units());
-    match lift {
-        Lift::Ends => 0.0,
-        Lift::Moves if context.guard.sent() == sent => turned_mm,
-        Lift::Moves if (turned_mm - moved_mm).abs() < 0.001 => 0.0,
-        Lift::Moves => turned_mm - moved_mm,
-    }
 }
 
 impl Errand {

@@ -106,8 +106,6 @@ struct Operation {
     rejected: u8,
     /// What the tool does by itself along the third axis.
     errand: Option<Errand>,
-    /// Turns of the handwheel of the third axis that the tool has not followed yet, mm.
-    turned_up_mm: f64,
     /// Whether the operator stated that the spindle runs, or that it stands.
     spindle: Option<bool>,
 }
@@ -193,12 +191,11 @@ impl Supervisor {
         // The operator arms the cycle, and a contour disarms it.
         self.operation.armed = input.armed && (self.operation.armed || !before.armed);
         self.operation.stopped_for_stale = false;
-        self.operation.turned_up_mm += input.turned_up_mm;
         if !self.operation.input.is_centred() || input.turns() {
             self.end_errand();
         }
-        if let State::Manual(steering) | State::Sliding(steering) = &mut self.state {
-            steering.turn(input.turned_mm);
+        if let Some(steering) = self.state.steering() {
+            steering.turn(input.turned_mm, input.turned_up_mm);
         }
     }
 
@@ -239,6 +236,9 @@ impl Supervisor {
                 let stale = self.operation.input.is_stale(now);
                 if jogs || stale && !self.operation.stopped_for_stale {
                     self.operation.stopped_for_stale = stale;
+                    if stale {
+                        self.end_errand();
+                    }
                     self.touch_or_steer(self.operation.input.jog_velocity(now), now, commands);
                 }
             }

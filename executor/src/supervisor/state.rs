@@ -48,6 +48,16 @@ pub(super) enum State {
     },
 }
 
+impl State {
+    /// The jog planner, in the states in which the operator steers the tool.
+    pub(super) fn steering(&mut self) -> Option<&mut JogPlanner> {
+        match self {
+            Self::Manual(planner) | Self::Sliding(planner) | Self::Escaping(planner) => Some(planner),
+            _ => None,
+        }
+    }
+}
+
 /// A contour before its first motion.
 #[derive(Debug)]
 pub(super) enum Touch {

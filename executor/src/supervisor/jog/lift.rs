@@ -3,6 +3,7 @@
 //! Each jog is short, so the tool stops soon after the operator releases the key, although some controllers take no
 //! cancel. A rise needs no certificate. A lowering is certified like every jog.
 
+use keepout_guard::FreePlace;
 use keepout_kernel::{Height, Length, Point};
 use keepout_planner::units::{length_up_from_mm, mm};
 
@@ -12,6 +13,8 @@ use super::{JogContext, JogPlanner, feed};
 const STEP_S: f64 = 0.2;
 /// Shortest jog along the axis, mm.
 const SHORTEST_MM: f64 = 0.02;
+/// Turns of the handwheel below this are done, mm.
+const LEAST_TURN_MM: f64 = 0.001;
 /// Grid of heights, lattice units (1 µm).
 const GRID: i64 = 100;
 /// Halvings of a lowering that the guard refuses.
@@ -56,6 +59,32 @@ impl JogPlanner {
         let speed_mm_s = share.abs().min(1.0) * context.lift_mm_s;
         let step_mm = (speed_mm_s * STEP_S).max(SHORTEST_MM).copysign(share);
         climbed(end.height(), step_mm).map_or(Lift::Ends, |to| self.lift_to(to, speed_mm_s, context))
+    }
+
+    /// Turns of the handwheel of the third axis that the tool has not followed yet, mm: up when positive.
+    pub(in crate::supervisor) const fn turned_up_mm(&self) -> f64 {
+        self.turned_up_mm
+    }
+
+    /// Forgets the turns of the handwheel of the third axis.
+    pub(in crate::supervisor) const fn forget_turns_up(&mut self) {
+        self.turned_up_mm = 0.0;
+    }
+
+    /// Follows the handwheel of the third axis.
+    pub(in crate::supervisor) fn follow_turns_up(&mut self, context: &mut JogContext<'_>) {
+        let height = |context: &JogContext<'_>| context.guard.end().map(FreePlace::height);
+        let target = height(context).and_then(|from| Some((from, climbed(from, self.turned_up_mm)?)));
+        let Some((from, to)) = target else { return self.forget_turns_up() };
+        let sent = context.guard.sent();
+        if self.lift_to(to, context.lift_mm_s, context) == Lift::Ends {
+            return self.forget_turns_up();
+        }
+        if context.guard.sent() > sent {
+            let at = height(context).unwrap_or(to);
+            let left_mm = self.turned_up_mm - (mm(at.units()) - mm(from.units()));
+            self.turned_up_mm = if left_mm.abs() < LEAST_TURN_MM { 0.0 } else { left_mm };
+        }
     }
 
     /// Moves the tool toward a height, by one jog at most.
@@ -120,7 +149,7 @@ impl JogPlanner {
 }
 
 /// The height that is `up_mm` above another, or below it for a negative distance.
-pub(in crate::supervisor) fn climbed(height: Height, up_mm: f64) -> Option<Height> {
+fn climbed(height: Height, up_mm: f64) -> Option<Height> {
     let step = length_up_from_mm(up_mm.abs()).ok()?;
     Some(if up_mm > 0.0 { height.raised(step) } else { height.lowered(step) })
 }

@@ -15,7 +15,7 @@ use keepout_kernel::clip::longest_prefix;
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{FreePoint, Height, Point};
 use keepout_planner::Mm2;
-pub(super) use lift::{Lift, climbed};
+pub(super) use lift::Lift;
 use pace::LookAhead;
 pub use search::WallContact;
 use search::{Proposal, Push, Search, on_grid, part_of, vector};
@@ -109,6 +109,8 @@ pub struct JogPlanner {
     next_at: Time,
     /// Turns of the handwheels that the tool has not followed yet, mm.
     turned_mm: Mm2,
+    /// Turns of the handwheel of the third axis that it has not followed yet, mm.
+    turned_up_mm: f64,
 }
 
 /// A jog that found no admissible target.
@@ -148,12 +150,13 @@ impl JogPlanner {
     }
 
     /// Takes turns of the handwheels, mm.
-    pub(super) fn turn(&mut self, Mm2 { x, y }: Mm2) {
+    pub(super) fn turn(&mut self, Mm2 { x, y }: Mm2, up_mm: f64) {
         let sum = |a: f64, b: f64| {
             let sum = a + b;
             if sum.is_finite() { sum.clamp(-WHEEL_AHEAD_MM, WHEEL_AHEAD_MM) } else { a }
         };
         self.turned_mm = Mm2::new(sum(self.turned_mm.x, x), sum(self.turned_mm.y, y));
+        self.turned_up_mm = sum(self.turned_up_mm, up_mm);
     }
 
     /// Sends the jog that the input requests, as far as the guard certifies it and it is not in flight
