@@ -3,14 +3,13 @@
 
 use std::time::Duration;
 
-use keepout_executor::dialect::{DialectConfig, DialectName};
+use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::{Engine, NoEventLog, Sample, SessionSetup, nearest_wall, place_on_table};
 use keepout_executor::supervisor::{OperatorInput, Options, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
-use keepout_kernel::Point;
+use keepout_kernel::{Height, Point};
 use keepout_planner::job::Progress;
-use keepout_planner::machine::MachineProfile;
 use keepout_planner::units::{mm, point_from_mm, point_mm};
 use keepout_planner::{Box2, Mm2};
 use keepout_sim::{PositioningError, SimMachine, SimSettings, speaking};
@@ -45,23 +44,26 @@ const LOOK_EVERY: u32 = 10;
 
 impl Decisions {
     /// Builds an engine for the plan on a simulated GRBL machine. The tool starts outside the part's box, by
-    /// twice the jogging clearance in x and y.
+    /// twice the jogging clearance in x and y, and at the safe height.
     ///
     /// # Errors
     /// The reason why the plan does not fit the machine.
     pub fn new(work: PreparedPlan, operator: Box<dyn Operator>) -> Result<Self, String> {
-        let mut machine = MachineProfile::simulated();
+        let mut machine = work.plan.plan.machine.clone();
         machine.travel_mm = [1000.0, 1000.0];
         let place = place_on_table(&work.plan, &machine, None).map_err(|error| error.to_string())?;
         let part_box = work.plan.part_box();
         let start = part_box.grown(2.0 * mm(work.plan.roughing.units())).low;
         let start = point_from_mm(start).map_err(|error| error.to_string())?;
         let on_machine: Point = start.translated(place.offset).map_err(|error| error.to_string())?;
+        let zero = place.z.map_or(Height::ZERO, |z| z.zero);
+        let safe = work.plan.plan.relief.as_ref().map_or(Height::ZERO, |relief| relief.safe);
+        let up_mm = mm(safe.units()) + mm(zero.units());
         let settings = SimSettings {
             work_offset_mm: Mm2::ZERO.at_height(0.0),
-            ..SimSettings::of(machine.clone(), point_mm(on_machine).at_height(0.0))
+            ..SimSettings::of(machine.clone(), point_mm(on_machine).at_height(up_mm))
         };
-        let config = DialectConfig::of(&machine, place.offset);
+        let config = place.config(&machine);
         let options = Options {
             feed_mm_min: 6000,
             home: false,
@@ -72,7 +74,8 @@ impl Decisions {
             progress: Progress::default(),
         };
         let setup = SessionSetup { work, options, dialect: DialectName::Grbl, config };
-        let error = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
+        let error =
+            PositioningError::wandering(0.0, machine.steps_per_mm, 1).of_three_axes(machine.z.as_ref());
         let machine =
             SimMachine::new(speaking(&DialectName::Grbl, settings), 115_200, Duration::from_millis(1), error);
         Ok(Self {
@@ -155,7 +158,7 @@ impl Decisions {
         }
         let seen = OperatorView {
             position_mm: position.map(|place| point_mm(place.point)),
-            height_mm: None,
+            height_mm: supervisor.height_mm(),
             wall_mm: self.wall,
             part_box: self.part_box,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),

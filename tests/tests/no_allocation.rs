@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use keepout_executor::supervisor::{Phase, PreparedPlan};
+use keepout_planner::depth::DepthParameters;
+use keepout_planner::machine::MachineProfile;
 use keepout_tests::decisions::Decisions;
 use keepout_tests::hostile::{Hostile, Style};
 use keepout_tests::{order, plan_of};
@@ -13,10 +15,18 @@ static ALLOCATOR: dhat::Alloc = dhat::Alloc;
 #[test]
 fn decisions_allocate_no_memory_after_the_start() {
     let _profiler = dhat::Profiler::builder().testing().build();
-    let drawing = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/cli/drawings/bracket.dxf");
+    let drawings = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/cli/drawings");
+    let flat = plan_of(&drawings.join("bracket.dxf"), &order(6.0)).unwrap();
+    let mut request = order(6.0);
+    request.job.depth = Some(DepthParameters { step_down_mm: Some(3.0), ..DepthParameters::of(6.0) });
+    let cover = std::fs::read(drawings.join("cover.dxf")).unwrap();
+    let machine = MachineProfile::simulated_three_axes();
+    let deep = request.plan("cover", &cover, &machine, &mut |_| {}).unwrap();
+    let works = [flat, deep].map(PreparedPlan::new);
     let mut jogs = 0;
-    for style in Style::ALL {
-        let work = PreparedPlan::new(plan_of(&drawing, &order(6.0)).unwrap());
+    for (style, work) in Style::ALL.into_iter().flat_map(|style| works.iter().map(move |work| (style, work)))
+    {
+        let work = work.clone();
         let mut run = Decisions::new(work, Box::new(Hostile::new(style, true, 3))).unwrap();
         while run.phase() == Phase::Starting {
             run.step(|_, take| take());

@@ -115,7 +115,7 @@ impl Display {
         }
         let (new, count) = self.panel.since(self.taken.0);
         lines.extend(new);
-        lines.extend(supervisor.notices().iter().skip(self.taken.1).cloned());
+        lines.extend(supervisor.notices().iter().skip(self.taken.1).map(ToString::to_string));
         self.taken = (count, supervisor.notices().len());
         if supervisor.finished().len() != self.finished {
             self.finished = supervisor.finished().len();

@@ -12,7 +12,7 @@ use crossterm::style::{Attribute, Color, SetAttribute, SetForegroundColor};
 use crossterm::{cursor, queue, terminal};
 use keepout_executor::operator::Panel;
 use keepout_executor::session::nearest_wall;
-use keepout_executor::supervisor::{Phase, Supervisor};
+use keepout_executor::supervisor::{Notice, Phase, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::Place;
 use keepout_kernel::exact::ring::Ring;
@@ -134,10 +134,10 @@ impl Screen {
     }
 
     /// Takes the new notices of the panel and of the supervisor.
-    fn take_notices(&mut self, supervisor: &[String]) {
+    fn take_notices(&mut self, supervisor: &[Notice]) {
         let (new, count) = self.panel.since(self.taken.0);
         self.notices.extend(new);
-        self.notices.extend(supervisor.iter().skip(self.taken.1).cloned());
+        self.notices.extend(supervisor.iter().skip(self.taken.1).map(ToString::to_string));
         self.taken = (count, supervisor.len());
         let old = self.notices.len().saturating_sub(NOTICES_MAX);
         self.notices.drain(..old);

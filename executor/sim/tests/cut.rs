@@ -214,7 +214,7 @@ fn session(
         finished: supervisor.finished().len(),
         phase: supervisor.phase(),
         damaged: requested && damage.borrow().is_none(),
-        notices: supervisor.notices().to_vec(),
+        notices: supervisor.notices().iter().map(ToString::to_string).collect(),
     }
 }
 

@@ -55,7 +55,7 @@ impl RunFacts {
             closest_by_hand_mm: None,
             coverage: None,
             setting: String::new(),
-            notices: supervisor.notices().to_vec(),
+            notices: supervisor.notices().iter().map(ToString::to_string).collect(),
         }
     }
 

@@ -8,7 +8,7 @@ use keepout_guard::Time;
 use keepout_kernel::Place;
 use keepout_planner::job::{ContourJob, JobError};
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{mm, point_mm};
+use keepout_planner::units::point_mm;
 use keepout_planner::{Box2, Mm2};
 
 use super::clock::Clock;
@@ -300,11 +300,10 @@ impl<'a, P: Port> Session<'a, P> {
     fn seen(&self) -> OperatorView {
         let supervisor = self.supervisor();
         let plan = supervisor.plan();
-        let climbs = plan.plan.relief.is_some();
         let position_mm = supervisor.position().map(|place| point_mm(place.point));
         OperatorView {
             position_mm,
-            height_mm: supervisor.position().filter(|_| climbs).map(|place| mm(place.height.units())),
+            height_mm: supervisor.height_mm(),
             wall_mm: supervisor.position().and_then(|position| nearest_wall(plan, position)),
             part_box: self.part_box,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),

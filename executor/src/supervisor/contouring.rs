@@ -4,7 +4,6 @@ use keepout_guard::{Certification, ContourMotion, Refusal};
 use keepout_kernel::exact::arc::ArcError;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, LatticeError, Length, Place, Point, Segment};
-use keepout_planner::Mm2;
 use keepout_planner::job::{ContourJob, JobError, Leg, LoopNumber, Progress, resume_in_place, resume_job};
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::{length_up_from_mm, point_mm};
@@ -12,6 +11,7 @@ use thiserror::Error;
 
 use super::contour_motions::BOX_STOCK_MM;
 use super::jog::{self, JogPlanner};
+use super::notice::Notice;
 use super::state::{Run, State, Touch};
 use super::{CERTIFIED_AT_ONCE, Supervisor};
 
@@ -56,11 +56,8 @@ impl Supervisor {
         let in_place = self.guard.is_inside_jogging_clearance();
         let begun = match &self.contours.interrupted {
             Some(interrupted) if in_place && interrupted.led_away && !self.climbs() => {
-                let Mm2 { x, y } = point_mm(self.guard.end().map_or(Point::ORIGIN, |end| end.point()));
-                self.note(format!(
-                    "at {x:.3},{y:.3} mm the contour does not go on, because you jogged the tool there: \
-                     jog it farther from the part, then resume again"
-                ));
+                let at = point_mm(self.guard.end().map_or(Point::ORIGIN, |end| end.point()));
+                self.note(Notice::LedAway(at));
                 false
             }
             interrupted if in_place => interrupted.is_some(),
@@ -84,7 +81,7 @@ impl Supervisor {
 
     fn give_up(&mut self, reason: &NoContour) {
         self.guard.withdraw_contour();
-        self.note(format!("no contour: {reason}"));
+        self.note(Notice::NoContour(reason.to_string()));
         let steering = JogPlanner::default();
         self.state = if self.guard.is_inside_jogging_clearance() {
             State::Escaping(steering)
@@ -115,16 +112,10 @@ impl Supervisor {
         self.guard.begin_contour(curves)?;
         self.contours.unreached.clone_from(&job.unreached);
         for &unreached in &job.unreached {
-            let name = self.work.plan.loop_name(unreached);
-            self.note(format!(
-                "no link move outside the jogging clearance leads to {name}: jog the tool to it"
-            ));
+            self.note(Notice::Unreached(self.work.plan.loop_name(unreached)));
         }
         if job.recut_mm > 0.0 {
-            self.note(format!(
-                "{:.2} mm are recut, because the contour enters before the resume point",
-                job.recut_mm
-            ));
+            self.note(Notice::Recut(job.recut_mm));
         }
         let done = Progress::after(&job, job.legs.len(), 0, Point::ORIGIN);
         Ok(Run::new(job, sources, done))

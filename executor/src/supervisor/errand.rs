@@ -8,6 +8,7 @@ use keepout_planner::units::{length_up_from_mm, point_from_mm};
 use super::Supervisor;
 use super::event::Command;
 use super::jog::{JogContext, JogPlanner, Lift};
+use super::notice::Notice;
 
 /// What the tool does by itself, step by step, until the operator moves a control.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,14 +43,14 @@ impl Supervisor {
     /// Ends the errand under way.
     pub(super) fn end_errand(&mut self) {
         if self.operation.errand.take().is_some() {
-            self.note("stopped: the tool goes no farther by itself".into());
+            self.note(Notice::ErrandStopped);
         }
     }
 
     /// Begins to raise the tool: to the safe height, or from there to the end of travel.
     pub(super) fn begin_raise(&mut self) {
         let (Some(relief), Some(end)) = (&self.work.plan.plan.relief, self.guard.end()) else {
-            self.note("this session has two axes: raise the tool by hand".into());
+            self.note(Notice::NoRaise);
             return;
         };
         let highest = self.guard.rules().heights.highest;
@@ -61,20 +62,20 @@ impl Supervisor {
     pub(super) fn begin_crossing(&mut self, contour: usize) {
         let plan = &self.work.plan;
         let Some(relief) = &plan.plan.relief else {
-            self.note("this session has two axes: the tool cannot cross above the part".into());
+            self.note(Notice::NoCrossing);
             return;
         };
         let safe = relief.safe.min(self.guard.rules().heights.highest);
         let Some(named) = plan.contour_numbered(contour) else {
-            self.note(format!("the plan has no contour {contour}"));
+            self.note(Notice::UnknownContour(contour));
             return;
         };
-        let (name, to) = (named.name.short(), point_from_mm(named.name.middle_mm));
+        let to = point_from_mm(named.name.middle_mm);
         let Some(to) = to.ok().filter(|&to| self.guard.rules().travel.holds(to)) else {
-            self.note(format!("{name} is beyond the machine's travel"));
+            self.note(Notice::BeyondTravel(contour));
             return;
         };
-        self.note(format!("crossing to {name}: up, across, and down to just above the stock"));
+        self.note(Notice::Crossing(contour));
         self.operation.errand = Some(Errand::Cross { to, safe, stage: Stage::Rising });
     }
 
@@ -116,7 +117,7 @@ impl Supervisor {
     pub(super) fn spindle_is_stated(&mut self) -> bool {
         let stated = self.operation.spindle.is_some() || !self.climbs();
         if !stated {
-            self.note("state whether the spindle runs before a contour begins".into());
+            self.note(Notice::SpindleBeforeContour);
         }
         stated
     }
@@ -126,10 +127,7 @@ impl Supervisor {
         let at_top = self.guard.end().is_some_and(|end| end.height() <= near_stock());
         let waits = at_top && self.operation.spindle.is_none();
         if waits {
-            self.note(
-                "the tool is just above the stock: state whether the spindle runs before it goes lower"
-                    .into(),
-            );
+            self.note(Notice::SpindleAboveStock);
         }
         waits
     }

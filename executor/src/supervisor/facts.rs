@@ -6,10 +6,11 @@ use keepout_guard::Guard;
 use keepout_kernel::Place;
 use keepout_planner::job::LoopNumber;
 use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::units::mm;
 
 use super::event::Mode;
 use super::state::State;
-use super::{Counts, Fault, PreparedPlan, Supervisor};
+use super::{Counts, Fault, Notice, PreparedPlan, Supervisor};
 
 impl Supervisor {
     /// The fault that stopped the machine.
@@ -46,6 +47,12 @@ impl Supervisor {
     #[must_use]
     pub fn position(&self) -> Option<Place> {
         self.position
+    }
+
+    /// The last reported height of the tool's tip, mm. `None` in a session with two axes.
+    #[must_use]
+    pub fn height_mm(&self) -> Option<f64> {
+        self.position.filter(|_| self.climbs()).map(|place| mm(place.height.units()))
     }
 
     /// Whether the last report showed the machine at rest.
@@ -86,7 +93,7 @@ impl Supervisor {
 
     /// Notices for the operator.
     #[must_use]
-    pub fn notices(&self) -> &[String] {
+    pub fn notices(&self) -> &[Notice] {
         &self.notices
     }
 

@@ -13,6 +13,7 @@ mod facts;
 mod fault;
 mod input;
 mod jog;
+mod notice;
 mod options;
 mod polling;
 mod prepared_plan;
@@ -40,6 +41,7 @@ use keepout_guard::{Guard, Time};
 use keepout_kernel::{Height, Place};
 use keepout_planner::Mm2;
 use keepout_planner::job::{LoopNumber, Progress};
+pub use notice::Notice;
 pub use options::Options;
 use polling::Polling;
 pub use prepared_plan::PreparedPlan;
@@ -81,7 +83,7 @@ pub struct Supervisor {
     limits: Limits,
     /// Rapid rate of the third axis, mm/s.
     lift_mm_s: f64,
-    notices: Vec<String>,
+    notices: Vec<Notice>,
     counts: Counts,
     /// Position feedback: the last reported position, and the mode of the last report.
     position: Option<Place>,
@@ -144,7 +146,7 @@ impl Supervisor {
             },
             limits,
             lift_mm_s,
-            notices: Vec::new(),
+            notices: Vec::with_capacity(NOTICES_MAX),
             counts: Counts::default(),
             position: None,
             mode: None,
@@ -219,7 +221,7 @@ impl Supervisor {
         self.state.phase()
     }
 
-    fn note(&mut self, notice: String) {
+    fn note(&mut self, notice: Notice) {
         if self.notices.len() < NOTICES_MAX && self.notices.last() != Some(&notice) {
             self.notices.push(notice);
         }

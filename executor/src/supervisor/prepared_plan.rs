@@ -37,6 +37,8 @@ impl PreparedPlan {
         let thresholds = [plan.roughing, standing_off(plan.roughing)];
         let simplified = levels.simplified(tolerance);
         let simplified = simplified.as_ref().unwrap_or(&levels).prepared(&thresholds);
+        // Names and places of contours are worked out once: not by the first crossing, while the tool moves.
+        let _ = plan.contours();
         Self { plan: Arc::new(plan), levels, simplified: Arc::new(simplified) }
     }
 

@@ -7,6 +7,7 @@ use keepout_kernel::curve::nearest_unit;
 
 use super::event::{Command, Mode, Reply, Report};
 use super::jog::JogPlanner;
+use super::notice::Notice;
 use super::state::State;
 use super::{Fault, Limits, Supervisor};
 
@@ -76,11 +77,7 @@ impl Supervisor {
     fn note_of_acceleration(&mut self, controller: Limits) {
         let (theirs, ours) = (controller.quicker_mm_s2, self.work.plan.plan.machine.acceleration_mm_s2);
         if theirs.is_finite() && theirs > 1.05 * ours {
-            self.note(format!(
-                "the controller accelerates at {theirs:.0} mm/s², the plan's machine at {ours:.0} mm/s²: \
-                 the margin holds the contour error of the plan's machine only. \
-                 Set the controller to {ours:.0} mm/s², or plan with the acceleration of the controller"
-            ));
+            self.note(Notice::Acceleration { theirs, ours });
         }
     }
 
@@ -97,7 +94,7 @@ impl Supervisor {
         self.homes = false;
         self.unrecovered = None;
         self.state = if self.guard.is_inside_jogging_clearance() {
-            self.note("the tool is inside the jogging clearance: only retract moves are possible".into());
+            self.note(Notice::InsideClearance);
             State::Escaping(JogPlanner::default())
         } else {
             State::Manual(JogPlanner::default())
@@ -112,7 +109,7 @@ impl Supervisor {
         let homes = self.homes || fault.loses_position();
         if homes && !*warned {
             *warned = true;
-            self.note("raise the tool, because the machine will be homed. Then recover again.".into());
+            self.note(Notice::RaiseBeforeHoming);
             return;
         }
         self.homes = homes;

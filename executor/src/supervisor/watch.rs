@@ -5,6 +5,7 @@ use std::time::Duration;
 use keepout_guard::{ContourMotion, PositionFeedback, QueryStamp, Time};
 
 use super::event::{Command, Mode, Reply, Report};
+use super::notice::Notice;
 use super::state::{Phase, State};
 use super::{Fault, Supervisor};
 
@@ -53,7 +54,7 @@ impl Supervisor {
             Reply::Displaced => Err(Fault::OffsetChanged),
             Reply::Unfit(unfit) => Err(Fault::Unfit(unfit)),
             Reply::Message(text) => {
-                self.note(text.to_string());
+                self.note(Notice::Controller(text));
                 Ok(())
             }
             Reply::Prepared(..) | Reply::Homed | Reply::Armed => {

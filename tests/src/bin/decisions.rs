@@ -10,11 +10,15 @@ use std::time::Instant;
 use clap::Parser;
 use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_guard::Time;
+use keepout_kernel::Height;
 use keepout_planner::Mm2;
+use keepout_planner::depth::{DepthParameters, EntryMove, FaceChoice, FaceDepth};
+use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::point_mm;
 use keepout_tests::decisions::{Cause, Decisions};
 use keepout_tests::hostile::{Hostile, Style};
-use keepout_tests::{order, plan_bytes};
+use keepout_tests::order;
 
 /// Measures the time of decisions on a large plan.
 #[derive(Debug, Parser)]
@@ -29,6 +33,9 @@ struct Arguments {
     /// programs.
     #[arg(long, default_value_t = 1)]
     repeats: u32,
+    /// Measure a part on three axes too: first with its lowest level alone, then with this many levels.
+    #[arg(long)]
+    levels: Option<u32>,
 }
 
 /// Counts of times, in ns. Each power of two has 16 classes.
@@ -82,12 +89,58 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
-    let drawing = wavy(arguments.segments);
-    let plan = plan_bytes("wavy", drawing.as_bytes(), &order(3.0)).map_err(|error| error.to_string())?;
+    let Some(levels) = arguments.levels else {
+        return measure(arguments, plan(&wavy(arguments.segments, 1), None)?).map(drop);
+    };
+    if !(2..=LEVELS_MAX).contains(&levels) {
+        return Err(format!("--levels must be from 2 to {LEVELS_MAX}"));
+    }
+    let mut measured = Vec::new();
+    for levels in [1, levels] {
+        let drawing = wavy(arguments.segments, levels);
+        let began = Instant::now();
+        let plan = plan(&drawing, Some(levels))?;
+        let planned_s = began.elapsed().as_secs_f64();
+        println!("{levels} levels: planned in {planned_s:.2} s");
+        measured.push((planned_s, measure(arguments, plan)?));
+    }
+    let [(plan_one, p999_one), (plan_all, p999_all)] = measured[..] else { return Ok(()) };
+    println!(
+        "{levels} levels to one: {:.2} in the time of planning, {:.2} in the p99.9 of decisions",
+        plan_all / plan_one,
+        p999_all / p999_one
+    );
+    Ok(())
+}
+
+/// The plan of a drawing. With levels, each ring of the drawing stands a step higher than the one around it.
+fn plan(drawing: &str, levels: Option<u32>) -> Result<CertifiedPlan, String> {
+    let mut request = order(3.0);
+    let mut machine = MachineProfile::simulated();
+    if let Some(levels) = levels {
+        let face = |ring: u32| FaceDepth {
+            of: FaceChoice::Contour(usize::try_from(ring).unwrap_or(usize::MAX)),
+            depth_mm: Some(f64::from(levels - ring)),
+        };
+        let thickness_mm = f64::from(levels);
+        request.job.depth = Some(DepthParameters {
+            faces: (1..=levels).map(face).collect(),
+            step_down_mm: Some(thickness_mm + 1.0),
+            entry: EntryMove::Plunge,
+            ..DepthParameters::of(thickness_mm)
+        });
+        machine = MachineProfile::simulated_three_axes();
+    }
+    request.plan("wavy", drawing.as_bytes(), &machine, &mut |_| {}).map_err(|error| error.to_string())
+}
+
+/// Measures decisions with a plan, and prints them. Returns the p99.9 of all, µs.
+fn measure(arguments: &Arguments, plan: CertifiedPlan) -> Result<f64, String> {
     let motions: usize = plan.plan.finish().loops.iter().map(|each| each.curves.len()).sum();
     let edges = plan.part.edges().len();
+    let deepest = plan.plan.relief.as_ref().map_or(Height::ZERO, |relief| relief.deepest);
     let work = PreparedPlan::new(plan);
-    let simplified = work.simplified().lowest().edges().len();
+    let simplified = work.simplified().at(deepest).edges().len();
     println!("{edges} edges, {simplified} for jogging, {motions} motions in the finishing path");
     let mut taken = Vec::new();
     let mut travelled = Travelled::default();
@@ -104,7 +157,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         "| decisions on | count | p50 µs | p99 µs | p99.9 µs | p99.99 µs | max µs |\n\
          |---|---|---|---|---|---|---|"
     );
-    row("all", taken.iter());
+    let all = row("all", taken.iter());
     for cause in [Cause::Reply, Cause::OperatorInput, Cause::Tick] {
         row(&format!("{cause:?}"), taken.iter().filter(|each| each.cause == cause));
     }
@@ -112,7 +165,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         row(&format!("{phase:?}"), taken.iter().filter(|each| each.phase == phase));
     }
     println!("\n{travelled}");
-    Ok(())
+    Ok(all)
 }
 
 /// The time of one decision.
@@ -192,7 +245,8 @@ fn time_decisions(
     }
 }
 
-fn row<'a>(name: &str, decisions: impl Iterator<Item = &'a Taken>) {
+/// Prints a row of the table. Returns its p99.9, µs.
+fn row<'a>(name: &str, decisions: impl Iterator<Item = &'a Taken>) -> f64 {
     let mut histogram = Histogram::default();
     decisions.for_each(|each| histogram.add(u64::from(each.ns)));
     let us = |numerator, denominator| histogram.quantile(numerator, denominator);
@@ -206,17 +260,23 @@ fn row<'a>(name: &str, decisions: impl Iterator<Item = &'a Taken>) {
         histogram.max / 1000,
         histogram.max % 1000 / 100
     );
+    us(999, 1000)
 }
 
-/// A wavy outline of `segments` lines, about 300 mm across, as DXF.
-fn wavy(segments: u32) -> String {
+/// Most levels of the measured part: its rings are 8 mm apart.
+const LEVELS_MAX: u32 = 14;
+
+/// Wavy outlines of `segments` lines each, one within the other, as DXF. The outer one is about 300 mm across.
+fn wavy(segments: u32, rings: u32) -> String {
     let mut text =
         String::from("0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n");
-    let _ = write!(text, "0\nLWPOLYLINE\n8\n0\n90\n{segments}\n70\n1\n");
-    for k in 0..segments {
-        let phi = TAU * f64::from(k) / f64::from(segments);
-        let r = 130.0 + 15.0 * (9.0 * phi).sin() + 0.4 * (170.0 * phi).sin();
-        let _ = write!(text, "10\n{:.5}\n20\n{:.5}\n", r * phi.cos(), r * phi.sin());
+    for ring in 0..rings {
+        let _ = write!(text, "0\nLWPOLYLINE\n8\n0\n90\n{segments}\n70\n1\n");
+        for k in 0..segments {
+            let phi = TAU * f64::from(k) / f64::from(segments);
+            let r = 130.0 - 8.0 * f64::from(ring) + 15.0 * (9.0 * phi).sin() + 0.4 * (170.0 * phi).sin();
+            let _ = write!(text, "10\n{:.5}\n20\n{:.5}\n", r * phi.cos(), r * phi.sin());
+        }
     }
     text.push_str("0\nENDSEC\n0\nEOF\n");
     text

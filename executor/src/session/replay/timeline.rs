@@ -122,7 +122,7 @@ impl Timeline {
             .notices()
             .iter()
             .skip(self.notices)
-            .for_each(|each| add(TimelineEntry::Told(each.clone())));
+            .for_each(|each| add(TimelineEntry::Told(each.to_string())));
         self.finished = supervisor.finished().len();
         self.notices = supervisor.notices().len();
         let (before, after) = (self.phase, supervisor.phase());
