@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use keepout_kernel::{ArcView, Curve, Side, UNITS_PER_MM};
+use keepout_kernel::{ArcView, Curve, Height, Side, UNITS_PER_MM};
 use serde::Serialize;
 
 use crate::profile::{Profile, ProfileLoop};
@@ -50,8 +50,37 @@ pub enum ContourRole {
     Island,
     /// Boundary of an opening in the material.
     Opening,
-    /// Boundary of an opening that is machined from inside.
+    /// Boundary of an opening that is machined from inside, or of a face below the one around it.
     Pocket,
+    /// Boundary of a face above the one around it.
+    Boss,
+}
+
+impl ContourRole {
+    /// The role of a contour with `depth` others around it, of a part on this side.
+    #[must_use]
+    pub fn of(depth: usize, side: Side) -> Self {
+        let material = depth.is_multiple_of(2) == (side == Side::Outside);
+        match (material, side, depth) {
+            (true, Side::Outside, 0) => Self::Outline,
+            (true, _, _) => Self::Island,
+            (false, Side::Inside, 0) => Self::Pocket,
+            (false, _, _) => Self::Opening,
+        }
+    }
+
+    /// The role of a contour between faces with these tops. `None`: the face goes through. Without another contour
+    /// around it, it is `outermost`.
+    #[must_use]
+    pub fn between(outside: Option<Height>, inside: Option<Height>, outermost: bool) -> Self {
+        match (outside, inside) {
+            (None, _) if outermost => Self::Outline,
+            (None, _) => Self::Island,
+            (Some(_), None) => Self::Opening,
+            (Some(outside), Some(inside)) if inside > outside => Self::Boss,
+            _ => Self::Pocket,
+        }
+    }
 }
 
 /// Name of a contour.
@@ -70,14 +99,13 @@ pub struct ContourName {
 }
 
 impl ContourName {
-    /// The name of a contour with `depth` others around it, of a part on this side. The drawing was turned by
-    /// `degrees`; sizes are along its own axes.
+    /// The name of a contour. The drawing was turned by `degrees`; sizes are along its own axes.
     #[must_use]
-    pub fn of(number: usize, each: &ProfileLoop, depth: usize, side: Side, degrees: f64) -> Self {
+    pub fn of(number: usize, each: &ProfileLoop, role: ContourRole, degrees: f64) -> Self {
         let length: f64 = each.curves().map(Curve::length).sum();
         Self {
             number,
-            role: role(depth, side),
+            role,
             shape: shape(each, box_turned_back(each, degrees).unwrap_or_default()),
             middle_mm: exact_box(each).unwrap_or_default().middle(),
             length_mm: length / f64::from(UNITS_PER_MM),
@@ -125,16 +153,7 @@ fn word(role: ContourRole) -> &'static str {
         ContourRole::Island => "island",
         ContourRole::Opening => "cut-out",
         ContourRole::Pocket => "pocket",
-    }
-}
-
-fn role(depth: usize, side: Side) -> ContourRole {
-    let material_inside = depth.is_multiple_of(2) == (side == Side::Outside);
-    match (material_inside, side, depth) {
-        (true, Side::Outside, 0) => ContourRole::Outline,
-        (true, _, _) => ContourRole::Island,
-        (false, Side::Inside, 0) => ContourRole::Pocket,
-        (false, _, _) => ContourRole::Opening,
+        ContourRole::Boss => "boss",
     }
 }
 
@@ -240,7 +259,9 @@ mod tests {
         let dxf = format!("0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n");
         let (_, chained) = PlanRequest::default().contours(dxf.as_bytes()).unwrap();
         let loops = chained.profile.loops.iter().enumerate();
-        let name = |(k, each): (usize, &ProfileLoop)| ContourName::of(k + 1, each, k, side, 0.0).short();
+        let name = |(k, each): (usize, &ProfileLoop)| {
+            ContourName::of(k + 1, each, ContourRole::of(k, side), 0.0).short()
+        };
         loops.map(name).collect()
     }
 

@@ -10,7 +10,7 @@ use keepout_kernel::index::build;
 use keepout_kernel::{Curve, Edge, Length, Point, Region, Ring, Segment, Side};
 use serde::Serialize;
 
-use crate::contour::{ContourName, exact_box};
+use crate::contour::{ContourName, ContourRole, exact_box};
 use crate::drawing::{Chained, Drawing, EntityFilter};
 use crate::left_out::surrounds;
 use crate::nesting::Nesting;
@@ -182,7 +182,7 @@ fn contour(
 ) -> ContourFacts {
     let lines = each.edges.iter().filter(|edge| matches!(edge.curve, Curve::Line(_))).count();
     ContourFacts {
-        name: ContourName::of(number, each, depth, Side::Outside, 0.0),
+        name: ContourName::of(number, each, ContourRole::of(depth, Side::Outside), 0.0),
         layer: layer.into(),
         depth,
         area_mm2: outline.area_mm2,

@@ -49,6 +49,7 @@ pub mod route;
 pub mod select;
 pub mod sha256;
 pub mod size;
+pub mod stock;
 pub mod stored;
 mod summary;
 pub mod text_file;

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use keepout_kernel::offset::Outline;
-use keepout_kernel::{Point, ProhibitedRegion, Side, UNITS_PER_MM};
+use keepout_kernel::{Height, Point, ProhibitedRegion, Side, UNITS_PER_MM};
 
 use crate::Mm2;
-use crate::contour::{ContourName, ContourShape, short};
+use crate::contour::{ContourName, ContourRole, ContourShape, short};
+use crate::depth::around;
 use crate::finish::{FinishingLoop, centre_distance};
 use crate::job::LoopNumber;
 use crate::mesh::Mesh;
@@ -224,25 +225,20 @@ impl Provenance {
 
 fn planned(plan: &CertifiedPlan) -> Vec<PlannedContour> {
     let profile = &plan.plan.profile;
-    let depths = plan.part.region().depths();
+    let roles = roles(plan);
     let numbers = &plan.plan.provenance.numbers;
     let degrees = plan.plan.provenance.turned_degrees();
-    let side: Side = plan.plan.side.into();
     let d = centre_distance(profile, &plan.plan.zones, plan.finishing);
     let reaches = wall_reaches(plan, d);
     let mut contours: Vec<PlannedContour> = profile
         .loops
         .iter()
-        .zip(depths)
+        .zip(roles)
         .zip(reaches)
         .enumerate()
-        .map(|(index, ((each, depth), reach))| {
+        .map(|(index, ((each, role), reach))| {
             let number = numbers.get(index).copied().unwrap_or(index + 1);
-            PlannedContour {
-                name: ContourName::of(number, each, depth, side, degrees),
-                reach,
-                loops: Vec::new(),
-            }
+            PlannedContour { name: ContourName::of(number, each, role, degrees), reach, loops: Vec::new() }
         })
         .collect();
     let at_a_depth = plan.plan.passes_at_a_depth();
@@ -257,6 +253,19 @@ fn planned(plan: &CertifiedPlan) -> Vec<PlannedContour> {
         }
     }
     contours
+}
+
+/// The roles of the contours: by their nesting, or by the heights of the faces on both sides.
+fn roles(plan: &CertifiedPlan) -> Vec<ContourRole> {
+    let (region, side) = (plan.part.region(), Side::from(plan.plan.side));
+    let Some(relief) = &plan.plan.relief else {
+        return region.depths().into_iter().map(|depth| ContourRole::of(depth, side)).collect();
+    };
+    let role = |(inside, parent): (&Option<Height>, Option<usize>)| {
+        let outside = parent.map_or(around(side), |parent| relief.tops[parent]);
+        ContourRole::between(outside, *inside, parent.is_none())
+    };
+    relief.tops.iter().zip(region.parents()).map(role).collect()
 }
 
 /// How much of each contour the last pass at its greatest depth cuts. A contour at no depth, such as that of a face

@@ -1,11 +1,11 @@
 //! Text summary of a plan and of its proof.
 
 use keepout_kernel::offset::{COVERAGE, RESOLUTION};
-use keepout_kernel::{Height, UNITS_PER_MM};
+use keepout_kernel::{Height, Side, UNITS_PER_MM};
 
 use crate::Mm2;
 use crate::contour::{profile_box, short};
-use crate::depth::{EntryMove, Relief};
+use crate::depth::{EntryMove, Relief, around};
 use crate::finish::centre_distance;
 use crate::plan::{CertifiedPlan, Cut, Pass};
 use crate::profile::MachinedSide;
@@ -38,6 +38,51 @@ impl CertifiedPlan {
         signed.sum()
     }
 
+    /// Text with the area that the contours enclose, or with the volume between their faces.
+    fn enclosed(&self) -> String {
+        let Some(relief) = &self.plan.relief else {
+            return match self.plan.side {
+                MachinedSide::Outside => format!("{:.3} mm² of material", self.enclosed_mm2()),
+                MachinedSide::Inside => format!("pockets of {:.3} mm²", self.enclosed_mm2()),
+            };
+        };
+        let (tops, side) = (&relief.tops, Side::from(self.plan.side));
+        // Heights above the bottom of the part.
+        let high_mm =
+            |top: Option<Height>| top.map_or(0.0, |top| mm(top.units()) + mm(relief.thickness.units()));
+        let contours = self.plan.profile.loops.iter().zip(tops).zip(self.part.region().parents());
+        let parts_mm3 = contours.map(|((each, inside), parent)| {
+            let outside = parent.map_or(around(side), |parent| tops[parent]);
+            ContourPolygon::of(each).area_mm2 * (high_mm(*inside) - high_mm(outside))
+        });
+        let sum_mm3: f64 = parts_mm3.sum();
+        match self.plan.side {
+            MachinedSide::Outside => format!("{sum_mm3:.3} mm³ of material"),
+            MachinedSide::Inside => format!("pockets of {:.3} mm³", -sum_mm3),
+        }
+    }
+
+    /// Text with the rest material beside all walls: the length of contour, and the area of a plan for two axes, or
+    /// the volume of a plan with depths.
+    #[must_use]
+    pub fn residual(&self) -> String {
+        let Some(relief) = &self.plan.relief else { return self.plan.finish().residual() };
+        let reaches = self.contours().iter().map(|contour| &contour.reach);
+        let (left_mm, length_mm) =
+            reaches.fold((0.0, 0.0), |(left, all), reach| (left + reach.left_mm, all + reach.length_mm));
+        let mut above = Height::ZERO;
+        let volumes = self.walls.iter().map(|walls| {
+            let pass = &self.plan.passes[walls.pass];
+            let height = pass.height.max(Height::ZERO.lowered(relief.thickness));
+            let step_mm = mm(above.units()) - mm(height.units());
+            above = height;
+            Some(pass.path.residual_area_mm2? * step_mm)
+        });
+        let volume = volumes.sum::<Option<f64>>();
+        let volume = volume.map_or("volume unknown".into(), |mm3| format!("{mm3:.3} mm³"));
+        format!("{left_mm:.3} of {length_mm:.1} mm contour, {volume}")
+    }
+
     /// Size of the profile along x and y, mm.
     #[must_use]
     pub fn profile_size_mm(&self) -> Mm2 {
@@ -61,15 +106,9 @@ impl CertifiedPlan {
     fn part_lines(&self) -> Vec<String> {
         let plan = &self.plan;
         let provenance = &plan.provenance;
-        let (side, enclosed) = match plan.side {
-            MachinedSide::Outside => (
-                "outside (the part is inside the contour)",
-                format!("{:.3} mm² of material", self.enclosed_mm2()),
-            ),
-            MachinedSide::Inside => (
-                "inside (the part is outside the contour)",
-                format!("pockets of {:.3} mm²", self.enclosed_mm2()),
-            ),
+        let side = match plan.side {
+            MachinedSide::Outside => "outside (the part is inside the contour)",
+            MachinedSide::Inside => "inside (the part is outside the contour)",
         };
         let mut lines = vec![
             format!(
@@ -78,7 +117,12 @@ impl CertifiedPlan {
                 plan.profile.loops.len(),
                 provenance.unit
             ),
-            format!("part         {} mm, {}: {enclosed}", size(self.profile_size_mm()), self.side_words()),
+            format!(
+                "part         {} mm, {}: {}",
+                size(self.profile_size_mm()),
+                self.side_words(),
+                self.enclosed()
+            ),
             format!("machined     {side}"),
             format!("tool         Ø {} mm", short(2.0 * mm(plan.tool_radius.units()))),
         ];

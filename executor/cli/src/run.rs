@@ -358,7 +358,7 @@ fn finish(
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
     let plan = &work.plan;
-    for (name, value) in facts.rows(plan) {
+    for (name, value) in facts.rows(plan, samples) {
         println!("{name:<36} {value}");
     }
     if let Some(path) = &outputs.picture {

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use keepout_kernel::Curve;
 use keepout_planner::Mm2;
-use keepout_planner::contour::{ContourName, ContourShape};
+use keepout_planner::contour::{ContourName, ContourRole, ContourShape};
 use keepout_planner::profile::{MachinedSide, Profile, ProfileLoop};
 use keepout_planner::units::{along_mm, point_mm};
 
@@ -102,7 +102,7 @@ fn corners_of(each: &ProfileLoop) -> Vec<Mm2> {
 
 fn holes(profile: &Profile, side: MachinedSide) -> Result<Vec<TouchPlace>, CliError> {
     let round = |(number, each): (usize, &ProfileLoop)| {
-        let name = ContourName::of(number + 1, each, 1, side.into(), 0.0);
+        let name = ContourName::of(number + 1, each, ContourRole::of(1, side.into()), 0.0);
         matches!(name.shape, ContourShape::Circle { .. }).then_some(name)
     };
     let holes: Vec<ContourName> = profile.loops.iter().enumerate().filter_map(round).collect();

@@ -12,7 +12,9 @@ use keepout_planner::depth::{DepthParameters, EntryMove, FaceChoice, FaceDepth};
 use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::plan::PlanParameters;
 use keepout_planner::request::PlanRequest;
+use keepout_planner::stock::StockMap;
 use keepout_planner::units::point_mm;
+use keepout_planner::{Box2, Mm2};
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::operator;
 use keepout_sim::session::{Scene, SimResult, SimRun, run_simulated};
@@ -64,7 +66,52 @@ fn whole_part_is_cut_from_solid_stock_by_a_plunging_operator() {
         let facts = &result.facts;
         assert_eq!(facts.deepest_mm, Some(0.0), "{dialect}: {facts:?}");
         assert_eq!(facts.outcome.to_string(), "complete: 4 of 4 contours cut", "{dialect}: {facts:?}");
+        check_stock(&result);
     }
+}
+
+/// Distance of a point from a rectangle with rounded corners, mm: negative inside.
+fn beside([x0, y0, x1, y1]: [f64; 4], corner: f64, at: Mm2) -> f64 {
+    let low = Mm2::new(x0 + corner, y0 + corner) - at;
+    let high = at - Mm2::new(x1 - corner, y1 - corner);
+    let out = low.max(high);
+    let outside = out.max(Mm2::ZERO).length();
+    outside + out.x.max(out.y).min(0.0) - corner
+}
+
+/// Cuts solid stock along the true way of the tool, and compares each cell with the drawing's shapes. Nothing here
+/// comes from the plan but the tool.
+fn check_stock(result: &SimResult) {
+    let bounds = Box2 { low: Mm2::new(-4.0, -4.0), high: Mm2::new(84.0, 54.0) };
+    let mut stock = StockMap::solid(bounds, 3.0);
+    for pair in result.samples.windows(2) {
+        stock.cut([pair[0].position_mm, pair[1].position_mm], 3.0);
+    }
+    // A cell this far from every wall is on one side of it, and the finishing contour passed over it.
+    let near = 2.0 * stock.cell_mm();
+    let (mut cut, mut kept) = (0, 0);
+    for (at, height_mm) in stock.cells() {
+        let outline = beside([0.0, 0.0, 80.0, 50.0], 6.0, at);
+        let hole = (at.distance(Mm2::new(15.0, 25.0)) - 6.0).min(at.distance(Mm2::new(66.0, 25.0)) - 5.0);
+        let pocket = beside([28.0, 12.0, 54.0, 38.0], 5.0, at);
+        if [outline, hole, pocket].iter().any(|distance| distance.abs() < near) {
+            continue;
+        }
+        let through = outline > 0.0 || hole < 0.0;
+        if through && outline < 5.5 {
+            assert!(height_mm <= -6.0, "{at} stands at {height_mm}");
+            cut += 1;
+        } else if !through && pocket < 0.0 {
+            assert!(height_mm >= -3.0, "{at} was cut to {height_mm}");
+            // The contour along the wall of the pocket is as wide as the tool.
+            assert!(pocket < -5.5 || height_mm < -2.9, "{at} stands at {height_mm}");
+            kept += 1;
+        } else if !through {
+            assert!(height_mm >= 0.0, "{at} was cut to {height_mm}");
+            kept += 1;
+        }
+    }
+    assert!(cut > 10_000 && kept > 50_000, "{cut} cells cut and {kept} kept");
 }
 
 /// An operator who crosses to a contour, and gives inputs at these intervals.

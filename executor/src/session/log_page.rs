@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use keepout_guard::Time;
 use keepout_kernel::{Height, Point, Segment};
+use keepout_planner::job::Progress;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::report::html::JobPage;
 use keepout_planner::report::{RunDrawing, Spot, SpotKind, Trace, TraceKind, svg};
@@ -14,7 +15,7 @@ use keepout_planner::units::{height_from_mm, mm, point_from_mm, point_mm};
 use super::log::Header;
 use super::outcome::contour_rows;
 use super::replay::{PhaseTimes, Replay, TimelineEntry};
-use super::report::{count_rows, part_rows, section_of_run, traces};
+use super::report::{count_rows, part_rows, section_of_run, stock_rows, traces};
 use crate::session::{Sample, SampleKind};
 
 /// The picture of a run from its log, with contact starts and stops. It shows jogging from one reported
@@ -80,6 +81,10 @@ pub fn page_of_log(
     facts.extend(time_rows(header, replay));
     let mut proof = job_rows(header, plan);
     proof.extend(run_rows(replay));
+    // A session that goes on from an earlier one does not know what that one removed.
+    if header.progress == Progress::default() {
+        proof.extend(stock_rows(plan, &replay.timeline.samples));
+    }
     proof.extend(proof_rows(replay, file, checksum));
     JobPage {
         title: format!("{}, {}", header.drawing, header.began),

@@ -8,6 +8,7 @@ use keepout_planner::report::html::JobPage;
 use keepout_planner::report::{RunDrawing, Trace, TraceKind, section_svg, svg};
 use keepout_planner::sha256::hex;
 use keepout_planner::size::size;
+use keepout_planner::stock::StockFigures;
 use keepout_planner::units::mm;
 
 use super::coverage::Coverage;
@@ -85,9 +86,9 @@ impl RunFacts {
         }
     }
 
-    /// The rows of the table: name and value.
+    /// The rows of the table: name and value. `samples`: the places of the tool, drawing coordinates.
     #[must_use]
-    pub fn rows(&self, plan: &CertifiedPlan) -> Vec<(String, String)> {
+    pub fn rows(&self, plan: &CertifiedPlan, samples: &[Sample]) -> Vec<(String, String)> {
         let mut rows = vec![
             row("outcome", self.outcome.to_string()),
             row("setting", self.setting.clone()),
@@ -120,12 +121,12 @@ impl RunFacts {
                 rows.push(row("reachable points not contoured", coverage.missed.to_string()));
             }
         }
-        let finish = plan.plan.finish();
-        rows.push(row("rest material after the whole plan", finish.residual()));
+        rows.push(row("rest material after the whole plan", plan.residual()));
         rows.push(row(
             "margin M",
             format!("{:.5} mm", plan.plan.budget.total().map_or(f64::NAN, |m| mm(m.units()))),
         ));
+        rows.extend(stock_rows(plan, samples));
         rows.extend(self.notices.iter().map(|notice| row("note", notice.clone())));
         rows
     }
@@ -156,6 +157,12 @@ pub fn section_of_run(plan: &CertifiedPlan, title: &str, samples: &[Sample]) -> 
     section_svg(plan, title, &way)
 }
 
+/// The rows about the stock of a run with depths, from the true positions, in drawing coordinates.
+pub(super) fn stock_rows(plan: &CertifiedPlan, samples: &[Sample]) -> Vec<(String, String)> {
+    let way = samples.iter().map(|sample| (sample.position_mm, sample.kind == SampleKind::Run));
+    StockFigures::of(plan, way).map_or(Vec::new(), |figures| figures.rows())
+}
+
 /// The traces of a run, one for each stretch of one kind. Long runs are thinned out.
 pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
     let mut traces: Vec<Trace> = Vec::new();
@@ -183,8 +190,14 @@ pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
 
 /// A self-contained page of a run, from the session itself.
 #[must_use]
-pub fn html(plan: &CertifiedPlan, facts: &RunFacts, picture: &str, section: Option<&str>) -> String {
-    let mut proof = facts.rows(plan);
+pub fn html(
+    plan: &CertifiedPlan,
+    facts: &RunFacts,
+    samples: &[Sample],
+    picture: &str,
+    section: Option<&str>,
+) -> String {
+    let mut proof = facts.rows(plan, samples);
     proof.push(("drawing SHA-256".into(), hex(&plan.plan.provenance.hash)));
     JobPage {
         title: plan.plan.provenance.name.clone(),
@@ -214,6 +227,6 @@ pub(super) fn part_rows(plan: &CertifiedPlan) -> Vec<(String, String)> {
         row("unit", made.provenance.unit.clone()),
         row("tool", format!("Ø {} mm, {direction}", short(2.0 * mm(made.tool_radius.units())))),
         row("stock to leave", format!("{} mm", short(mm(made.stock_to_leave.units())))),
-        row("rest material", made.finish().residual()),
+        row("rest material", plan.residual()),
     ]
 }

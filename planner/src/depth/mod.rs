@@ -345,7 +345,7 @@ impl Relief {
         let field = HeightField {
             outlines: part.region().clone(),
             tops: self.tops.clone(),
-            around: around(part),
+            around: around(part.side()),
             zones: part.zones().iter().map(|zone| (zone.clone(), self.clamps)).collect(),
             floor: Some(self.floor),
         };
@@ -354,8 +354,8 @@ impl Relief {
 }
 
 /// The top of the material around all contours. A part that is machined from outside has none there.
-fn around(part: &ProhibitedRegion) -> Option<Height> {
-    (part.side() == Side::Inside).then_some(Height::ZERO)
+pub(crate) fn around(side: Side) -> Option<Height> {
+    (side == Side::Inside).then_some(Height::ZERO)
 }
 
 /// The tops without given depths: material stands at height zero, openings go through.

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Height, Length, Levels, ProhibitedRegion, Ring, Segment};
+use keepout_kernel::{Height, Length, Levels, Point, ProhibitedRegion, Ring, Segment};
 
 use super::section::{Section, Walls, sections, walls};
 use super::{DEPTHS_MAX, FEEDS_MM_MIN, PASSES_MAX, Pass, Plan, PlanError, TOOL_MAX_MM, TOOL_MIN_MM};
@@ -213,6 +213,14 @@ pub(super) fn finishing_clearance(tool_radius: Length, budget: &Budget) -> Resul
 }
 
 impl CertifiedPlan {
+    /// The top of what stands at a point, clamps too. `None`: nothing stands there above the table.
+    #[must_use]
+    pub fn top_at(&self, point: Point) -> Option<Height> {
+        let floor = self.plan.relief.as_ref()?.floor;
+        let mut tops = self.levels.tops().filter(|&top| top > floor);
+        tops.find(|top| self.levels.at(top.lowered(Length::small(1))).holds(point))
+    }
+
     /// The mesh over the simplified outline of the part and its keep-out zones, for link moves. The first
     /// call builds it. `None` when the part reaches the limit of the lattice.
     #[must_use]

@@ -4,6 +4,7 @@ pub mod chart;
 pub mod element;
 pub mod html;
 mod inspection;
+mod part;
 mod plan;
 mod section;
 pub mod table;

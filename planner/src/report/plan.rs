@@ -1,21 +1,18 @@
 //! Picture of a plan, with the traces of a run if there are any.
 
-use keepout_kernel::offset::Outline;
-use keepout_kernel::{Curve, Height, Length, Side};
+use keepout_kernel::Curve;
 
-use super::element::{Element, Lines, circle, path};
+use super::element::{Lines, circle, path};
+use super::part::{KEEP_OUT, KEEP_OUT_FINISH, PART, UNCUT, ZONE, draw_numbers, draw_part};
 use super::view::{
-    Entry, HATCH, Mark, View, draw_dimensions, draw_label, draw_left_out, draw_origin, left_out_entry,
-    outlines, page, path_of, polygons, polyline_of,
+    Entry, Mark, View, draw_dimensions, draw_left_out, draw_origin, left_out_entry, page, path_of,
+    polyline_of,
 };
-use crate::contour::{ContourName, ContourRole, profile_box, short};
-use crate::finish::{centre_distance, offset_among};
+use crate::contour::{profile_box, short};
 use crate::job::{ContourJob, LoopNumber, Progress, preview};
 use crate::plan::CertifiedPlan;
-use crate::profile::{ProfileLoop, free_outlines};
-use crate::rest;
 use crate::size::size;
-use crate::units::{along_mm, mm, point_mm};
+use crate::units::{mm, point_mm};
 use crate::{Box2, Mm2};
 
 /// A series of tool-centre positions, mm.
@@ -69,21 +66,12 @@ pub struct RunDrawing<'a> {
 // and rest material is hatched.
 const TOUCH: &str = "#cc79a7";
 const STOP: &str = "#111827";
-const PART: &str = "#b9c0ca";
-const PART_EDGE: &str = "#2b2f36";
-const KEEP_OUT: &str = "#fbf3d0";
-const KEEP_OUT_FINISH: &str = "#f3e19c";
-const ZONE: &str = "#6b7280";
-const REST: &str = "#f4b183";
-const UNCUT: &str = "#d55e00";
 const FINISH: &str = "#0072b2";
 const LINK: &str = "#7a8594";
 const REPAIR: &str = "#b45309";
 const JOGGING: &str = "#56b4e9";
 const CONTOUR: &str = "#009e73";
 const TOOL: &str = "#5b21b6";
-/// Polygons of the rest material leave its true edge by less than this, pixels.
-const REST_PIXELS: f64 = 0.1;
 
 /// SVG of a plan, with a run if there is one. Without a run it shows the leads and the direction of the cuts for one
 /// contact start in each free space.
@@ -135,68 +123,6 @@ fn view_of(plan: &CertifiedPlan, traces: &[Trace]) -> View {
     View::of(shown)
 }
 
-/// Draws the part and the keep-out zones, with their clearances as areas. Those of a plan with depths are of its first
-/// depth, where every wall stands.
-fn draw_part(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
-    let Some(walls) = plan.walls.first() else { return };
-    let pass = &plan.plan.passes[walls.pass];
-    let part = plan.region(pass.height);
-    let profile = &walls.outlines;
-    let zones = free_outlines(&plan.plan.profile, &plan.plan.zones, &plan.part);
-    let zones = zones.into_iter().skip(plan.plan.profile.loops.len());
-    let all: Vec<Outline> = profile.iter().cloned().chain(zones).collect();
-    let jogging = offset_among(&all, part, f64::from(plan.roughing.units()));
-    if jogging.loose_ends.is_empty() {
-        let loops: Vec<&[Curve]> = jogging.loops.iter().map(|each| &each.curves[..]).collect();
-        out.draw(&[beyond(&loops, plan, view).fill(KEEP_OUT)]);
-    }
-    let loops: Vec<&[Curve]> = pass.path.loops.iter().map(|each| &each.curves[..]).collect();
-    out.draw(&[beyond(&loops, plan, view).fill(KEEP_OUT_FINISH)]);
-    let d = centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing);
-    let finishing = offset_among(&all, part, d);
-    let rest = rest::polygons(profile, &finishing.loops, plan.part.side(), REST_PIXELS * view.pixel_mm());
-    if !rest.is_empty() {
-        // Renderers blend the edges of the hatching's tiles, so a plain area lies below it.
-        let area = |fill| path(polygons(&rest, view)).fill(fill).set("fill-rule", "evenodd");
-        out.draw(&[area(REST), area(HATCH)]);
-    }
-    let around = match plan.part.side() {
-        Side::Outside => String::new(),
-        Side::Inside => view.everything(),
-    };
-    let outline = outlines(&plan.plan.profile.loops, view);
-    let part = path(format_args!("{around}{outline}"));
-    out.draw(&[part.fill(PART).set("fill-rule", "evenodd").stroke(PART_EDGE, 1.3)]);
-    draw_faces(out, plan, view);
-    let zones = outlines(&plan.plan.zones.loops, view);
-    if !zones.is_empty() {
-        out.draw(&[path(zones).fill(ZONE).stroke(PART_EDGE, 1.3)]);
-    }
-}
-
-/// Draws the faces that lie below the top of the part, lighter than it, with their heights.
-fn draw_faces(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
-    let Some(relief) = &plan.plan.relief else { return };
-    let faces = plan.plan.profile.loops.iter().zip(&relief.tops).zip(plan.contours());
-    for ((each, top), contour) in faces {
-        let Some(top) = top.filter(|&top| top < Height::ZERO) else { continue };
-        let face = path(outlines(std::slice::from_ref(each), view)).fill(PART).set("fill-opacity", 0.45);
-        out.draw(&[face.stroke(PART_EDGE, 1.3)]);
-        let (x, y) = view.xy(contour.name.middle_mm);
-        draw_label(out, (x, y + 22.0), &format!("z {}", short(mm(top.units()))), PART_EDGE);
-    }
-}
-
-/// The area that the tool's centre does not enter: beyond loops that bound its free space.
-fn beyond(loops: &[&[Curve]], plan: &CertifiedPlan, view: &View) -> Element {
-    let around = match plan.part.side() {
-        Side::Outside => String::new(),
-        Side::Inside => view.everything(),
-    };
-    let free: String = loops.iter().map(|curves| path_of(curves.iter().copied(), view) + "Z").collect();
-    path(format_args!("{around}{free}")).set("fill-rule", "evenodd")
-}
-
 /// Draws the finishing toolpath. With a progress, finished loops are solid, and the others are dashed.
 fn draw_finish(out: &mut Lines, plan: &CertifiedPlan, progress: Option<&Progress>, view: &View) {
     for (pass, each) in plan.plan.passes.iter().enumerate() {
@@ -210,34 +136,6 @@ fn draw_finish(out: &mut Lines, plan: &CertifiedPlan, progress: Option<&Progress
             }]);
         }
     }
-}
-
-/// Draws the number of each contour: in the middle of an opening, or beside the outline.
-fn draw_numbers(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
-    for (contour, each) in plan.contours().iter().zip(&plan.plan.profile.loops) {
-        let ContourName { number, role, middle_mm, .. } = contour.name;
-        let uncut = if contour.loops.is_empty() { " uncut" } else { "" };
-        let colour = if contour.loops.is_empty() { UNCUT } else { PART_EDGE };
-        let at = match role {
-            ContourRole::Opening | ContourRole::Pocket => view.xy(middle_mm),
-            ContourRole::Outline | ContourRole::Island => {
-                let longest = each.curves().max_by(|a, b| a.length().total_cmp(&b.length()));
-                let Some(curve) = longest else { continue };
-                let (at, direction) = along_mm(curve, 0.5);
-                let inward = if is_counter_clockwise(each) { direction.left() } else { -direction.left() };
-                view.xy(at + inward * (16.0 * view.pixel_mm()))
-            }
-        };
-        draw_label(out, (at.0, at.1 + 5.0), &format!("{number}{uncut}"), colour);
-    }
-}
-
-/// Whether a loop runs counter-clockwise, by the chords of its curves.
-fn is_counter_clockwise(each: &ProfileLoop) -> bool {
-    let points: Vec<Mm2> =
-        crate::profile::corners(each.curves(), Length::small(250)).into_iter().map(point_mm).collect();
-    let next = points.iter().cycle().skip(1);
-    points.iter().zip(next).map(|(a, b)| a.cross(*b)).sum::<f64>() > 0.0
 }
 
 /// Draws link moves and leads of a contouring job, with the direction of its cuts.
@@ -309,7 +207,6 @@ fn draw_spot(out: &mut Lines, spot: &Spot, view: &View) {
 
 fn legend(plan: &CertifiedPlan, run: &RunDrawing<'_>) -> Vec<Entry> {
     let (finishing, roughing) = (mm(plan.finishing.units()), mm(plan.roughing.units()));
-    let finish = plan.plan.finish();
     let diameter = short(2.0 * mm(plan.plan.tool_radius.units()));
     let mut entries = vec![
         Entry::new(
@@ -331,7 +228,7 @@ fn legend(plan: &CertifiedPlan, run: &RunDrawing<'_>) -> Vec<Entry> {
             Mark::Area,
             format!("finishing: the tool's centre stays {finishing:.3} mm from the part"),
         ),
-        Entry::new(UNCUT, Mark::Hatched, format!("rest material: {}", finish.residual())),
+        Entry::new(UNCUT, Mark::Hatched, format!("rest material: {}", plan.residual())),
     ];
     if !plan.plan.provenance.left_out.is_empty() {
         entries.push(left_out_entry(plan.plan.provenance.left_out.len()));

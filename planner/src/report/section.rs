@@ -2,13 +2,14 @@
 
 use std::fmt::Write as _;
 
-use keepout_kernel::{Height, Length};
+use keepout_kernel::Height;
 
 use super::element::{Lines, line, path};
 use super::view::{Entry, Mark, View, beside_another, draw_label, page};
 use crate::contour::short;
 use crate::depth::Relief;
 use crate::plan::CertifiedPlan;
+use crate::stock::{StockMap, count};
 use crate::units::{mm, point_from_mm};
 use crate::{Box2, Mm2, Mm3};
 
@@ -23,8 +24,6 @@ const SAFE: &str = "#009e73";
 const COLUMNS: usize = 1024;
 /// Contours through whose middle a section is tried.
 const TRIED: usize = 40;
-/// Largest step of the tool between two looks at what it removes, mm.
-const STEP_MM: f64 = 0.1;
 /// Heights are drawn this many times longer: the largest that keeps the picture flat.
 const STRETCHES: [f64; 5] = [20.0, 10.0, 5.0, 2.0, 1.0];
 /// Greatest height of the picture, as a share of its width.
@@ -43,11 +42,12 @@ struct Profile {
 
 impl Profile {
     fn of(plan: &CertifiedPlan, shown: Box2, y_mm: f64, columns: usize) -> Self {
-        let step_mm = shown.size().x / f64::from(u32::try_from(columns).unwrap_or(1));
+        let step_mm = shown.size().x / count(columns);
         let left_mm = shown.low.x + step_mm / 2.0;
         let tops_mm = (0..columns).scan(left_mm, |x, _| {
             let at = std::mem::replace(x, *x + step_mm);
-            Some(top_at(plan, Mm2::new(at, y_mm)))
+            let top = point_from_mm(Mm2::new(at, y_mm)).ok().and_then(|point| plan.top_at(point));
+            Some(top.map(|top| mm(top.units())))
         });
         Self { y_mm, left_mm, step_mm, tops_mm: tops_mm.collect() }
     }
@@ -74,40 +74,15 @@ impl Profile {
     }
 }
 
-/// Height of what stands at a point: the greatest top under which the point is inside.
-fn top_at(plan: &CertifiedPlan, at: Mm2) -> Option<f64> {
-    let point = point_from_mm(at).ok()?;
-    let floor = plan.plan.relief.as_ref()?.floor;
-    let tops = plan.levels.tops().filter(|&top| top > floor);
-    let mut standing = tops.filter(|&top| plan.levels.at(top.lowered(Length::small(1))).holds(point));
-    standing.next().map(|top| mm(top.units()))
-}
-
-/// The lowest height of the tool's end above each column, from its consecutive places.
-fn removed(profile: &Profile, radius_mm: f64, way: &[Mm3]) -> Vec<f64> {
-    let mut lowest = vec![f64::INFINITY; profile.tops_mm.len()];
+/// The heights of the stock along the section that a way of the tool's end leaves, mm.
+fn left_mm(profile: &Profile, radius_mm: f64, way: &[Mm3]) -> Vec<Option<f64>> {
+    let columns = profile.tops_mm.len();
+    let from = Mm2::new(profile.left_mm - profile.step_mm / 2.0, profile.y_mm);
+    let mut stock = StockMap::line(from, profile.step_mm * count(columns), columns);
     for pair in way.windows(2) {
-        let step = pair[1] - pair[0];
-        let count = (step.length() / STEP_MM).ceil().clamp(1.0, 1e5);
-        let mut k = 0.0;
-        while k <= count {
-            let Mm3 { x, y, z } = pair[0] + step * (k / count);
-            let aside = y - profile.y_mm;
-            if aside.abs() < radius_mm && z < 0.0 {
-                let half = (radius_mm * radius_mm - aside * aside).sqrt();
-                let index = |x: f64| ((x - profile.left_mm) / profile.step_mm).round();
-                let columns = lowest.iter_mut().enumerate().skip(to_index(index(x - half)));
-                let end = to_index(index(x + half) + 1.0);
-                columns.take_while(|column| column.0 < end).for_each(|(_, low)| *low = low.min(z));
-            }
-            k += 1.0;
-        }
+        stock.cut([pair[0], pair[1]], radius_mm);
     }
-    lowest
-}
-
-fn to_index(value: f64) -> usize {
-    usize::try_from(keepout_kernel::curve::nearest_unit(value.max(0.0))).unwrap_or(0)
+    stock.cells().map(|(_, height_mm)| Some(height_mm)).collect()
 }
 
 /// SVG of a vertical section along x, through the contour middle that shows the most. `way`: the consecutive places of
@@ -181,8 +156,7 @@ fn draw_stock(
     view: &View,
     (radius_mm, way): (f64, &[Mm3]),
 ) {
-    let left: Vec<Option<f64>> =
-        removed(profile, radius_mm, way).into_iter().map(|lowest| Some(lowest.min(0.0))).collect();
+    let left = left_mm(profile, radius_mm, way);
     let runs = Profile::runs(&left, profile.left_mm, profile.step_mm);
     out.draw(&[path(boxes(&runs, heights.bottom_mm, heights, view)).fill(STOCK)]);
     let table = [(profile.left_mm - 1e4, profile.left_mm + 1e4, heights.floor_mm)];
@@ -201,19 +175,18 @@ fn draw_part(out: &mut Lines, profile: &Profile, heights: &Heights, view: &View)
 /// Draws the depths of the passes, and the safe height.
 fn draw_heights(out: &mut Lines, plan: &CertifiedPlan, (shown, heights): (Box2, &Heights), view: &View) {
     let Some(relief) = &plan.plan.relief else { return };
-    let mut across = |height: Height, colour: &str, dashes: &str| {
+    let mut across = |height: Height, (colour, dashes): (&str, &str), right: bool| {
         let at_mm = mm(height.units());
         let place = |x: f64| view.xy(Mm2::new(x, heights.shown(at_mm)));
         let (from, to) = (place(shown.low.x), place(shown.high.x));
         out.draw(&[line(from, to, 2).outline(colour, 1).set("stroke-dasharray", dashes)]);
-        draw_label(out, (from.0 + 26.0, from.1 - 4.0), &format!("z {}", short(at_mm)), colour);
+        let x = if right { to.0 - 26.0 } else { from.0 + 26.0 };
+        draw_label(out, (x, from.1 - 4.0), &format!("z {}", short(at_mm)), colour);
     };
-    across(relief.safe, SAFE, "2 4");
-    let mut last = None;
-    for pass in &plan.plan.passes {
-        if last.replace(pass.height) != Some(pass.height) {
-            across(pass.height, PASS, "7 3");
-        }
+    across(relief.safe, (SAFE, "2 4"), false);
+    // Labels on both sides in turn, because depths can lie close together.
+    for (depth, walls) in plan.walls.iter().enumerate() {
+        across(plan.plan.passes[walls.pass].height, (PASS, "7 3"), depth % 2 == 1);
     }
 }
 
