@@ -116,7 +116,8 @@ fn number_at(
     view: &View,
 ) -> Option<(f64, f64)> {
     let is_near = |other: &ContourName| {
-        other != name && other.middle_mm.distance(name.middle_mm) < CROWDED_PIXELS * view.pixel_mm()
+        let open = matches!(other.role, ContourRole::Opening | ContourRole::Pocket);
+        open && other != name && other.middle_mm.distance(name.middle_mm) < CROWDED_PIXELS * view.pixel_mm()
     };
     let crowded = || plan.plan.relief.is_some() && plan.contours().iter().any(|other| is_near(&other.name));
     if name.role == ContourRole::Opening || name.role == ContourRole::Pocket && !crowded() {
