@@ -1,5 +1,6 @@
 //! The command `align`: finds how the workpiece lies on the machine.
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use keepout_planner::Mm2;
@@ -45,6 +46,9 @@ pub fn align(given: &AlignArguments) -> Result<ExitCode, CliError> {
         return Err(CliError::Argument(reason.into()));
     }
     refuse_same(&[path], &[&output])?;
+    if arguments.top_mm.is_some() || arguments.take == Some(TakeMethod::Top) {
+        return align_top(arguments, job.as_ref(), &output);
+    }
     let profile = profile_of(arguments)?;
     let side: MachinedSide = arguments.side.map_or(MachinedSide::Outside, Into::into);
     let wrong = |source: PlanRequestError| CliError::PlanRequest { path: path.clone(), source };
@@ -95,8 +99,35 @@ fn taken(
             let reason = "--take needs the folder of a job, which names the machine: `keepout new DRAWING`";
             return Err(CliError::Argument(reason.into()));
         }
-        _ => Taken { points: arguments.point.clone(), edges: arguments.edge.clone() },
+        _ => Taken { points: arguments.point.clone(), edges: arguments.edge.clone(), ..Taken::default() },
     })
+}
+
+/// Writes the height of the top of the part into the alignment file that is there: as the arguments state it, or as the
+/// operator touches it.
+fn align_top(
+    arguments: &AlignArguments,
+    job: Option<&JobFolder>,
+    output: &Path,
+) -> Result<ExitCode, CliError> {
+    let alignment = AlignmentFile::load(output).map_err(|error| {
+        CliError::Argument(format!("{error} For the height of the part, align the other axes first."))
+    })?;
+    let top_mm = match arguments.top_mm {
+        Some(top_mm) => top_mm,
+        None => {
+            let taken = taken(arguments, job, &Profile::default(), MachinedSide::Outside)?;
+            taken.tip_mm.map_or(f64::NAN, |tip_mm| tip_mm - arguments.gauge_mm)
+        }
+    };
+    let alignment = AlignmentFile { top_mm: Some(top_mm), ..alignment }.checked()?;
+    if job.is_some() {
+        keep_earlier(output)?;
+    }
+    alignment.save(output)?;
+    println!("top          z {top_mm:.3} mm machine coordinates, under this tool alone");
+    println!("written      {}", output.display());
+    Ok(ExitCode::SUCCESS)
 }
 
 fn profile_of(arguments: &AlignArguments) -> Result<Profile, CliError> {
@@ -126,6 +157,7 @@ fn file_of(found: &Alignment, probe_points: &ProbePoints, drawing: &str) -> Alig
         residual_mm: found.residual_mm(),
         probe_error_mm: probe_points.probe_error_mm,
         uncertainty_mm: found.uncertainty_mm,
+        top_mm: None,
     }
 }
 
@@ -169,6 +201,7 @@ pub fn placed(arguments: &RunArguments, plan: &CertifiedPlan) -> Result<RunArgum
     if let Some(path) = &arguments.alignment {
         let alignment = AlignmentFile::load(path)?;
         placed.origin_mm = Some(alignment.origin_for(&plan.plan)?);
+        placed.top_mm = arguments.top_mm.or(alignment.top_mm);
         refuse_other_drawing(&alignment, path, plan, arguments.same_origin)?;
     }
     Ok(placed)

@@ -257,6 +257,13 @@ pub(crate) struct AlignArguments {
     /// read. Without points and edges, a job does this.
     #[arg(long, value_enum, conflicts_with_all = ["point", "edge"])]
     pub(crate) take: Option<crate::take::TakeMethod>,
+    /// Machine coordinate of the top of the part, mm, under the tool that will cut. Goes into the alignment file that
+    /// is there; `--take top` measures it.
+    #[arg(long, value_name = "Z", allow_hyphen_values = true, conflicts_with_all = ["point", "edge", "take"])]
+    pub(crate) top_mm: Option<f64>,
+    /// With `--take top`: thickness of the paper or gauge between tool and part, mm.
+    #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = length)]
+    pub(crate) gauge_mm: f64,
     /// Home the machine first. Raise the tool before.
     #[arg(long)]
     pub(crate) home: bool,

@@ -4,9 +4,11 @@ use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use keepout_executor::session::{TablePlacement, place_on_table};
+use keepout_executor::session::{PlaceError, TablePlacement, place_on_table};
+use keepout_kernel::Height;
 use keepout_planner::Mm2;
 use keepout_planner::align::file::AlignmentFile;
+use keepout_planner::depth::Relief;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
@@ -104,9 +106,27 @@ pub fn place(
     machine: &MachineProfile,
     arguments: &RunArguments,
 ) -> Result<TablePlacement, CliError> {
-    let place = place_on_table(plan, machine, arguments.origin_mm)?.with_top(plan, arguments.top_mm)?;
+    let place = place_on_table(plan, machine, arguments.origin_mm)?;
     place.moved_by(&dialect_name(arguments)?)?;
-    Ok(place)
+    let lift_mm = if arguments.dry_run { dry_lift_mm(plan) } else { 0.0 };
+    place.with_top(plan, arguments.top_mm.map(|top_mm| top_mm + lift_mm)).map_err(|error| match error {
+        PlaceError::TopBeyond { lowest, highest } if lift_mm > 0.0 => CliError::Argument(format!(
+            "a dry run goes {lift_mm:.1} mm higher than the cuts, beyond the travel of z: for a dry run --top-mm may \
+             be {:.1} to {:.1}",
+            lowest - lift_mm,
+            highest - lift_mm
+        )),
+        other => other.into(),
+    })
+}
+
+/// Height between the stock or a clamp and the tool in a dry run, mm.
+const DRY_ABOVE_MM: f64 = 5.0;
+
+/// How much higher a dry run goes, mm: its deepest pass is above the stock and the clamps.
+fn dry_lift_mm(plan: &CertifiedPlan) -> f64 {
+    let heights = |relief: &Relief| (mm(relief.clamps.units()).max(0.0), mm(relief.deepest.units()));
+    plan.plan.relief.as_ref().map(heights).map_or(0.0, |(highest, deepest)| highest - deepest + DRY_ABOVE_MM)
 }
 
 /// Refuses a plan with depths at a real machine whose height of the part's top is not known.
@@ -114,8 +134,8 @@ pub fn refuse_unknown_top(arguments: &RunArguments, plan: &CertifiedPlan) -> Res
     if plan.plan.relief.is_none() || arguments.top_mm.is_some() {
         return Ok(());
     }
-    let reason = "the plan has depths: lower the tool to the top of the part, and give the machine's z there with \
-                  --top-mm";
+    let reason = "the plan has depths, and the height of the part is not known: touch its top with `keepout align \
+                  JOB --take top`, or give the machine's z there with --top-mm";
     Err(CliError::Argument(reason.into()))
 }
 
@@ -205,7 +225,21 @@ impl ConfirmPage<'_> {
             row("alignment", aligned),
             row("log", log.map_or("none".into(), |log| log.display().to_string())),
         ];
-        if arguments.dry_run {
+        if let (Some(relief), Some(z)) = (&made.relief, place.z) {
+            let on_machine = |height: Height| unit.length(mm(height.units()) + mm(z.zero.units()));
+            lines.push(row(
+                "top of the part",
+                format!("z {} in machine coordinates", on_machine(Height::ZERO)),
+            ));
+            let (safe, deepest) = (on_machine(relief.safe), on_machine(relief.deepest));
+            lines.push(row("heights", format!("crosses at z {safe}, cuts down to z {deepest}")));
+        }
+        if arguments.dry_run && made.relief.is_some() {
+            let lift = unit.length(dry_lift_mm(plan));
+            lines.push(format!(
+                "  DRY RUN: {lift} higher than the cuts, above stock and clamps. Nothing counts as cut."
+            ));
+        } else if arguments.dry_run {
             lines.push("  DRY RUN: RAISE THE TOOL above stock and clamps. Nothing counts as cut.".into());
         }
         for contour in plan.contours() {
@@ -219,9 +253,11 @@ impl ConfirmPage<'_> {
             };
             lines.push(format!("  {:<40} {fate}", contour.name.short()));
         }
-        lines.push(
-            "Keepout does not know the spindle, the tool's height, or clamps that are not drawn.".into(),
-        );
+        let unknown = match made.relief {
+            Some(_) => "the spindle, or clamps that are not drawn. It takes the height of the top from you",
+            None => "the spindle, the tool's height, or clamps that are not drawn",
+        };
+        lines.push(format!("Keepout does not know {unknown}."));
         lines
     }
 

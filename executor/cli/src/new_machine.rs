@@ -9,7 +9,7 @@ use keepout_executor::session::RealClock;
 use keepout_executor::session::serial::Serial;
 use keepout_kernel::Vector;
 use keepout_planner::Mm2;
-use keepout_planner::machine::{ControllerProfile, MachineProfile};
+use keepout_planner::machine::{ControllerProfile, MachineProfile, ZProfile};
 use keepout_planner::text_file;
 
 use super::CliError;
@@ -42,6 +42,15 @@ pub struct NewMachine {
     /// Largest distance of the true path from the commanded path in motion, mm.
     #[arg(long, value_name = "MM", value_parser = length)]
     contour_error_mm: Option<f64>,
+    /// Keepout moves a third axis, z. Without this option, a person at a terminal is asked.
+    #[arg(long)]
+    third_axis: bool,
+    /// With a third axis: half the spread of ten returns to one height by a dial gauge, mm.
+    #[arg(long, value_name = "MM", value_parser = length)]
+    z_repeatability_mm: Option<f64>,
+    /// With a third axis: largest distance of the true height from the commanded height in motion, mm.
+    #[arg(long, value_name = "MM", value_parser = length)]
+    z_following_error_mm: Option<f64>,
     /// Replace the machine of this name.
     #[arg(long)]
     overwrite: bool,
@@ -67,7 +76,8 @@ pub fn new_machine(arguments: &NewMachine) -> Result<ExitCode, CliError> {
     let needed = (simulated.steps_per_mm, simulated.arc_tolerance_mm);
     let found = examine(&mut port, &mut RealClock::default(), dialect.as_mut(), QUERIES, needed)?;
     drop(port);
-    let profile = profile_of(arguments, &found, &simulated)?.checked()?;
+    let z = if dialect_name.has_third_axis() { third_axis(arguments, &found)? } else { None };
+    let profile = MachineProfile { z, ..profile_of(arguments, &found, &simulated)? }.checked()?;
     let operator = answer(
         arguments.operator.clone(),
         "Which device jogs: keyboard, gamepad or handwheel",
@@ -154,6 +164,41 @@ fn profile_of(
             ..ControllerProfile::default()
         }),
     })
+}
+
+/// The third axis, if Keepout moves one.
+fn third_axis(arguments: &NewMachine, found: &Examination) -> Result<Option<ZProfile>, CliError> {
+    let asked = std::io::stdin().is_terminal() && !arguments.third_axis;
+    let yes_or_no = |text: &str| ["yes", "no"].contains(&text).then(|| text.to_string());
+    let moves = arguments.third_axis
+        || asked
+            && answer(None, "Does Keepout move a third axis, z: yes or no", "no".to_string(), yes_or_no)?
+                == "yes";
+    if !moves {
+        return Ok(None);
+    }
+    let stated = found.inspector.as_ref().map(|stated| stated.z).unwrap_or_default();
+    let figure = |text: &str| length(text).ok().filter(|value| (0.0..=10.0).contains(value));
+    let positive = |text: &str| text.parse::<f64>().ok().filter(|value| (1e-3..=1e6).contains(value));
+    let limit = |value: Option<f64>, question: &str, default: f64| answer(value, question, default, positive);
+    Ok(Some(ZProfile {
+        travel_mm: limit(stated.travel_mm, "Travel of z, mm", 100.0)?,
+        max_rate_mm_s: limit(stated.max_rate_mm_s, "Top speed of z, mm/s", 10.0)?,
+        acceleration_mm_s2: limit(stated.acceleration_mm_s2, "Acceleration of z, mm/s²", 50.0)?,
+        steps_per_mm: limit(stated.steps_per_mm, "Steps per mm of z", 400.0)?,
+        repeatability_mm: answer(
+            arguments.z_repeatability_mm,
+            "Repeatability of z: half the spread of ten returns to one height by a dial gauge, mm",
+            0.01,
+            figure,
+        )?,
+        following_error_mm: answer(
+            arguments.z_following_error_mm,
+            "Following error of z: largest distance of the true height from the commanded one in motion, mm",
+            0.05,
+            figure,
+        )?,
+    }))
 }
 
 /// The given value, or the answer of a person at a terminal. Without a terminal the value must be given.

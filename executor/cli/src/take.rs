@@ -7,20 +7,23 @@
 use std::io::IsTerminal;
 use std::time::Duration;
 
-use keepout_executor::dialect::{DialectConfig, DialectName};
-use keepout_executor::operator::Panel;
+use keepout_executor::dialect::DialectName;
+use keepout_executor::operator::{Operator, OperatorView, Panel};
 use keepout_executor::session::serial::Serial;
-use keepout_executor::session::{Going, NoEventLog, RealClock, SessionSetup};
-use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
+use keepout_executor::session::{Going, NoEventLog, PlacedZ, RealClock, SessionSetup, TablePlacement};
+use keepout_executor::supervisor::{
+    OperatorCommand, OperatorInput, Options, Phase, PreparedPlan, Supervisor,
+};
 use keepout_guard::Time;
-use keepout_kernel::Vector;
 use keepout_kernel::exact::segment::Window;
-use keepout_planner::Mm2;
+use keepout_kernel::{Height, LatticeError, Place, Vector};
 use keepout_planner::align::ProbePoint;
-use keepout_planner::machine::MachineProfile;
+use keepout_planner::depth::{DepthParameters, EntryMove};
+use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::profile::{MachinedSide, Profile};
 use keepout_planner::request::PlanRequest;
-use keepout_planner::units::{point_from_mm, point_mm};
+use keepout_planner::units::{height_from_mm, length_up_from_mm, mm, point_from_mm, point_mm};
+use keepout_planner::{Mm2, Mm3};
 
 use super::CliError;
 use super::shown_unit::ShownUnit;
@@ -31,7 +34,9 @@ use crate::input::Keyboard;
 
 /// Fastest jog while the place of the part is unknown, mm/s.
 const SPEED_MM_S: f64 = 10.0;
-/// TouchPlace of the session's square, beyond every travel, mm.
+/// Distance of the end of travel above height zero of the session's plan, mm.
+const SAFE_MM: f64 = 1.0;
+/// Place of the session's square, beyond every travel, mm.
 const BEYOND_MM: f64 = 5200.0;
 /// Longest time from the take key until the rest of the tool is confirmed.
 const SETTLES_WITHIN: Duration = Duration::from_millis(500);
@@ -43,6 +48,8 @@ const SHOWN_EVERY: Duration = Duration::from_millis(100);
 pub struct Taken {
     pub points: Vec<ProbePoint>,
     pub edges: Vec<ProbePoint>,
+    /// Machine coordinate of the tool's tip at the top, mm.
+    pub tip_mm: Option<f64>,
 }
 
 /// Lets the operator take places of a part. `side`: the side from which edges are touched.
@@ -68,12 +75,25 @@ pub fn take(
         "THE PLACE OF THE PART IS UNKNOWN: nothing is protected yet. The fastest jog is {}.",
         unit.speed(SPEED_MM_S)
     );
-    eprintln!("s: steps · arrows: jog · 1-4: speed · t: take the place · SPACE: stop · q: give up");
-    let machine_mm = jogged(&places, machine, home, unit)?;
-    let each = places.iter().zip(machine_mm);
-    let touches: Vec<ProbePoint> =
-        each.map(|(place, machine_mm)| ProbePoint { drawing_mm: place.drawing_mm, machine_mm }).collect();
+    let climbs = climbs(machine)?;
+    if method == TakeMethod::Top && !climbs {
+        let reason =
+            "the machine has two axes, so the height of the part is not needed: leave out --take top";
+        return Err(CliError::Argument(reason.into()));
+    }
+    let axis = if climbs { "+ -: up, down · " } else { "" };
+    eprintln!("s: steps · arrows: jog · {axis}1-4: speed · t: take the place · SPACE: stop · q: give up");
+    if climbs {
+        eprintln!("THE SPINDLE MUST STAND.");
+    }
+    let taken = jogged(&places, machine, (home, climbs), unit)?;
+    let each = places.iter().zip(&taken);
+    let touch = |(place, at): (&TouchPlace, &Mm3)| {
+        Some(ProbePoint { drawing_mm: place.drawing_mm?, machine_mm: at.plane() })
+    };
+    let touches: Vec<ProbePoint> = each.filter_map(touch).collect();
     Ok(match method {
+        TakeMethod::Top => Taken { tip_mm: taken.first().map(|at| at.z), ..Taken::default() },
         TakeMethod::Edges => Taken { edges: touches, ..Taken::default() },
         TakeMethod::Points => Taken { points: touches, ..Taken::default() },
         TakeMethod::Hole => {
@@ -103,16 +123,37 @@ fn centre_of(a: Mm2, b: Mm2, c: Mm2) -> Option<Mm2> {
     (across.abs() > 1e-9).then(|| a + off / across)
 }
 
-/// The plan of a session that protects nothing but the travel.
-fn nothing_to_protect(machine: &MachineProfile) -> Result<PreparedPlan, CliError> {
+/// Whether the machine moves a third axis.
+fn climbs(machine: &StoredMachine) -> Result<bool, CliError> {
+    Ok(machine.profile.z.is_some() && dialect(machine)?.has_third_axis())
+}
+
+fn dialect(machine: &StoredMachine) -> Result<DialectName, CliError> {
+    DialectName::named(&machine.dialect).map_err(|error| CliError::Argument(error.to_string()))
+}
+
+/// The plan of a session that protects nothing but the travel. `climbs`: whether it moves the third axis.
+fn nothing_to_protect(machine: &MachineProfile, climbs: bool) -> Result<PreparedPlan, CliError> {
     let corner = |dx: f64, dy: f64| format!("10\n{}\n20\n{}\n", BEYOND_MM + dx, BEYOND_MM + dy);
     let corners: String =
         [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)].into_iter().map(|(x, y)| corner(x, y)).collect();
     let drawing =
         format!("0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\n0\n70\n1\n{corners}0\nENDSEC\n0\nEOF\n");
-    let slow = MachineProfile { max_rate_mm_s: machine.max_rate_mm_s.min(SPEED_MM_S), ..machine.clone() };
+    let mut slow = MachineProfile { max_rate_mm_s: machine.max_rate_mm_s.min(SPEED_MM_S), ..machine.clone() };
     let mut request = PlanRequest::default();
     request.job.tool_diameter_mm = 1.0;
+    if let Some(z) = slow.z.as_mut().filter(|_| climbs) {
+        z.max_rate_mm_s = z.max_rate_mm_s.min(SPEED_MM_S);
+        // The part is as thick as the travel leaves, so the floor below it is near the end of travel.
+        request.job.depth = Some(DepthParameters {
+            overcut_mm: 0.0,
+            safe_mm: SAFE_MM,
+            tool_length_error_mm: 0.0,
+            step_down_mm: Some(z.travel_mm),
+            entry: EntryMove::Plunge,
+            ..DepthParameters::of(z.travel_mm - 2.0 * SAFE_MM)
+        });
+    }
     let plan = request.plan("touch-off", drawing.as_bytes(), &slow, &mut |_| {});
     let plan = plan.map_err(|source| CliError::PlanRequest { path: "touch-off".into(), source })?;
     Ok(PreparedPlan::new(plan))
@@ -122,31 +163,30 @@ fn nothing_to_protect(machine: &MachineProfile) -> Result<PreparedPlan, CliError
 fn jogged(
     places: &[TouchPlace],
     machine: &StoredMachine,
-    home: bool,
+    (home, climbs): (bool, bool),
     unit: ShownUnit,
-) -> Result<Vec<Mm2>, CliError> {
-    let StoredMachine { port, dialect, baud, profile, .. } = machine;
-    let dialect = DialectName::named(dialect).map_err(|error| CliError::Argument(error.to_string()))?;
-    let off =
-        |source: keepout_kernel::LatticeError| CliError::Argument(format!("the machine's travel: {source}"));
-    let corner = point_from_mm(Mm2::new(-profile.travel_mm[0], -profile.travel_mm[1])).map_err(off)?;
-    let zero = point_from_mm(Mm2::ZERO).map_err(off)?;
+) -> Result<Vec<Mm3>, CliError> {
+    let StoredMachine { port, baud, profile, .. } = machine;
+    let dialect = dialect(machine)?;
+    let work = nothing_to_protect(profile, climbs)?;
+    let place = whole_travel(profile, climbs)
+        .map_err(|source| CliError::Argument(format!("the machine's travel: {source}")))?;
     let options = Options {
         feed_mm_min: 100,
         home,
-        travel: Window::of(corner).including(zero),
-        heights: None,
+        travel: place.travel,
+        heights: place.heights(),
         answer_within: Duration::from_secs(5),
         baud: *baud,
         progress: keepout_planner::job::Progress::default(),
     };
-    let work = nothing_to_protect(profile)?;
-    let config = DialectConfig::of(profile, Vector { dx: 0, dy: 0 });
+    let config = place.config(profile);
     let setup = SessionSetup { work, options, dialect, config };
     let serial = Serial::open(port, *baud)?;
     let panel = Panel::default();
-    let keyboard = Box::new(Keyboard::open(panel.clone())?);
-    let mut session = setup.session(serial, keyboard, Box::new(NoEventLog));
+    let keyboard = Keyboard::open(panel.clone())?;
+    let operator = Box::new(SpindleStands { keyboard, stated: !climbs });
+    let mut session = setup.session(serial, operator, Box::new(NoEventLog));
     let mut taking = Taking {
         places,
         unit,
@@ -174,16 +214,52 @@ fn jogged(
     Ok(taking.taken)
 }
 
+/// The whole travel of a machine, in its own coordinates. Height zero of the plan is below the end of travel.
+fn whole_travel(profile: &MachineProfile, climbs: bool) -> Result<TablePlacement, LatticeError> {
+    let corner = point_from_mm(Mm2::new(-profile.travel_mm[0], -profile.travel_mm[1]))?;
+    let travel = Window::of(corner).including(point_from_mm(Mm2::ZERO)?);
+    let place_z = |z: &ZProfile| {
+        let highest = height_from_mm(SAFE_MM)?;
+        let zero = Height::from_units(-i64::from(highest.units()))?;
+        Ok(PlacedZ { zero, travel: [highest.lowered(length_up_from_mm(z.travel_mm)?), highest] })
+    };
+    let z = profile.z.as_ref().filter(|_| climbs).map(place_z).transpose()?;
+    Ok(TablePlacement { offset: Vector { dx: 0, dy: 0 }, travel, z })
+}
+
+/// A keyboard whose operator has stated that the spindle stands.
+struct SpindleStands {
+    keyboard: Keyboard,
+    stated: bool,
+}
+
+impl Operator for SpindleStands {
+    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
+        self.keyboard.input(view, now)
+    }
+
+    fn command(&mut self) -> Option<OperatorCommand> {
+        if !std::mem::replace(&mut self.stated, true) {
+            return Some(OperatorCommand::Spindle { runs: false });
+        }
+        self.keyboard.command()
+    }
+
+    fn every(&self) -> Duration {
+        self.keyboard.every()
+    }
+}
+
 /// The places that are taken, and what the operator sees.
 struct Taking<'a> {
     places: &'a [TouchPlace],
     unit: ShownUnit,
     panel: Panel,
-    taken: Vec<Mm2>,
+    taken: Vec<Mm3>,
     /// Number of take keys that were read.
     seen: usize,
     /// A place that is not taken yet, because its rest is not confirmed, and the time of its key.
-    asked: Option<(Mm2, Time)>,
+    asked: Option<(Mm3, Time)>,
     told: Option<usize>,
     /// The last line with the position, and its time.
     shown: (String, Time),
@@ -197,17 +273,16 @@ impl Taking<'_> {
         if rests && self.told != Some(count) {
             self.told = Some(count);
             if let Some(place) = self.places.get(count) {
-                let at = self.unit.place(place.drawing_mm);
-                self.line(&format!(
-                    "place {} of {}: {} {at}. Press t there.",
-                    count + 1,
-                    self.places.len(),
-                    place.words
-                ));
+                let at = place.drawing_mm.map_or(String::new(), |at| format!(" {}", self.unit.place(at)));
+                let (number, all, words) = (count + 1, self.places.len(), place.words);
+                self.line(&format!("place {number} of {all}: {words}{at}. Press t there."));
             }
         }
-        let position = supervisor.position().map(|place| point_mm(place.point));
-        self.show(position, now);
+        let zero_mm = if supervisor.height_mm().is_some() { -SAFE_MM } else { 0.0 };
+        let in_machine = |place: Place| point_mm(place.point).at_height(mm(place.height.units()) + zero_mm);
+        let position = supervisor.position().map(in_machine);
+        let climbs = supervisor.height_mm().is_some();
+        self.show(position, climbs, now);
         if self.panel.taken() > self.seen {
             self.seen = self.panel.taken();
             match position.filter(|_| ready) {
@@ -222,18 +297,21 @@ impl Taking<'_> {
             } else if rests {
                 self.asked = None;
                 self.taken.push(at);
-                let place = self.unit.place(at);
-                self.line(&format!("taken {} of {}: machine position {place}", count + 1, self.places.len()));
+                let place = self.unit.place(at.plane());
+                let height = if climbs { format!(", z {}", self.unit.length(at.z)) } else { String::new() };
+                let (number, all) = (count + 1, self.places.len());
+                self.line(&format!("taken {number} of {all}: machine position {place}{height}"));
             }
         }
         if self.taken.len() == self.places.len() { Going::Halt } else { Going::On }
     }
 
     /// Shows the position and the speed or step in one line. When they change, a new text replaces the line.
-    fn show(&mut self, position: Option<Mm2>, now: Time) {
-        let Some(Mm2 { x, y }) = position else { return };
+    fn show(&mut self, position: Option<Mm3>, climbs: bool, now: Time) {
+        let Some(Mm3 { x, y, z }) = position else { return };
         let (x, y, symbol) = (self.unit.figure(x), self.unit.figure(y), self.unit.symbol());
-        let line = format!("x {x:>9}  y {y:>9} {symbol}, machine coordinates  {}", self.panel.status());
+        let z = if climbs { format!("  z {:>9}", self.unit.figure(z)) } else { String::new() };
+        let line = format!("x {x:>9}  y {y:>9}{z} {symbol}, machine coordinates  {}", self.panel.status());
         let (last, then) = &self.shown;
         if *last != line && (last.is_empty() || now.since(*then) >= SHOWN_EVERY) {
             Self::write(&format!("{CLEARED}{line}"));
@@ -270,11 +348,25 @@ mod tests {
 
     #[test]
     fn session_without_a_part_leaves_the_whole_travel_free() {
-        let work = nothing_to_protect(&MachineProfile::simulated()).unwrap();
+        let work = nothing_to_protect(&MachineProfile::simulated(), false).unwrap();
         for (x, y) in [(-1.0, -1.0), (-400.0, -350.0), (-200.0, -175.0)] {
             let at = point_from_mm(Mm2::new(x, y)).unwrap();
             assert!(work.plan.part.free_point(at, work.plan.roughing).is_ok());
         }
         assert!(work.plan.plan.machine.max_rate_mm_s <= SPEED_MM_S);
+    }
+
+    #[test]
+    fn session_with_a_third_axis_leaves_its_travel_free() {
+        let machine = MachineProfile::simulated_three_axes();
+        let work = nothing_to_protect(&machine, true).unwrap();
+        let place = whole_travel(&machine, true).unwrap();
+        let ([lowest, highest], travel_mm) = (place.heights().unwrap(), machine.z.unwrap().travel_mm);
+        assert!((mm(highest.units()) - mm(lowest.units()) - travel_mm).abs() < 1e-9);
+        let at = point_from_mm(Mm2::new(-200.0, -175.0)).unwrap();
+        let free = |height: Height| work.plan.levels.at(height).free_point(at, work.plan.roughing).is_ok();
+        // Near the lower end of travel is the floor of the session's plan.
+        let near = lowest.raised(length_up_from_mm(2.0 * SAFE_MM + 0.1).unwrap());
+        assert!(free(highest) && free(Height::ZERO) && free(near));
     }
 }

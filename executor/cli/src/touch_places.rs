@@ -18,6 +18,8 @@ pub enum TakeMethod {
     Points,
     /// Three touches of the wall of one or two round holes: their centres give offset and rotation.
     Hole,
+    /// The tool's tip on paper on the top of the part, on a machine with three axes: its height.
+    Top,
 }
 
 /// Least angle between two edges that measure both axes, degrees.
@@ -32,7 +34,8 @@ pub const TOUCHES: usize = 3;
 pub struct TouchPlace {
     /// Text for the operator. The place follows.
     pub words: &'static str,
-    pub drawing_mm: Mm2,
+    /// The place. `None`: anywhere on the top of the part.
+    pub drawing_mm: Option<Mm2>,
 }
 
 /// The places of the drawing for a method.
@@ -45,6 +48,10 @@ pub fn places(
         TakeMethod::Edges => edges(profile),
         TakeMethod::Points => corners(profile),
         TakeMethod::Hole => holes(profile, side),
+        TakeMethod::Top => {
+            let words = "lower the tool onto the paper on the top of the part, until it just grips";
+            Ok(vec![TouchPlace { words, drawing_mm: None }])
+        }
     }
 }
 
@@ -67,7 +74,7 @@ fn edges(profile: &Profile) -> Result<Vec<TouchPlace>, CliError> {
     let across =
         |line: &&(Mm2, Mm2)| along.cross(line.0.direction_to(line.1)).abs() >= ACROSS_DEG.to_radians().sin();
     let &(c, d) = lines.iter().find(across).ok_or_else(none)?;
-    let place = |words, drawing_mm| TouchPlace { words, drawing_mm };
+    let place = |words, drawing_mm| TouchPlace { words, drawing_mm: Some(drawing_mm) };
     Ok(vec![
         place("touch the long edge near", a + (b - a) * 0.15),
         place("touch the same edge near", a + (b - a) * 0.85),
@@ -85,7 +92,10 @@ fn corners(profile: &Profile) -> Result<Vec<TouchPlace>, CliError> {
             "the drawing has no two corners to bring the tool to: align by --take edges or --take hole";
         CliError::Argument(reason.into())
     })?;
-    let place = |drawing_mm| TouchPlace { words: "bring the tool's centre to the corner at", drawing_mm };
+    let place = |drawing_mm| TouchPlace {
+        words: "bring the tool's centre to the corner at",
+        drawing_mm: Some(drawing_mm),
+    };
     Ok(vec![place(one), place(other)])
 }
 
@@ -114,7 +124,7 @@ fn holes(profile: &Profile, side: MachinedSide) -> Result<Vec<TouchPlace>, CliEr
     let each = |name: &ContourName| {
         let drawing_mm = name.middle_mm;
         let words = "touch three places far apart on the wall of the hole at";
-        (0..TOUCHES).map(move |_| TouchPlace { words, drawing_mm }).collect::<Vec<_>>()
+        (0..TOUCHES).map(move |_| TouchPlace { words, drawing_mm: Some(drawing_mm) }).collect::<Vec<_>>()
     };
     Ok([Some(first), other].into_iter().flatten().flat_map(each).collect())
 }

@@ -28,15 +28,22 @@ fn machine(folder: &Path) -> (MachineProcess, String) {
     (MachineProcess::start(&port, &more, STARTS_WITHIN), port)
 }
 
-/// A job for a stored machine at this port, with its plan.
-fn job_at(folder: &Path, port: &str) -> String {
+/// The same with a third axis, whose tip is 1 mm below the end of travel.
+fn machine_of_three_axes(folder: &Path) -> (MachineProcess, String) {
+    let port = folder.join("port").display().to_string();
+    let more = ["--homed", "--start-mm", "-236.5,-203", "--three-axes"];
+    (MachineProcess::start(&port, &more, STARTS_WITHIN), port)
+}
+
+/// A job for a stored machine at this port, with its plan. `more`: further figures of the machine.
+fn job_at(folder: &Path, port: &str, more: &[&str]) -> String {
     let stored = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_keepout"));
         let output = command.args(arguments).env("KEEPOUT_CONFIG", folder).output().unwrap();
         assert_eq!(code(&output), 0, "{}", complaint(&output));
     };
     let figures = ["--repeatability-mm", "0.01", "--contour-error-mm", "0.05", "--operator", "keyboard"];
-    stored(&[&["machine", "new", "practice", "--port", port], &figures[..]].concat());
+    stored(&[&["machine", "new", "practice", "--port", port], &figures[..], more].concat());
     let job = folder.join("job").display().to_string();
     stored(&["new", &bracket(), "--machine", "practice", "-o", &job]);
     stored(&["plan", &job]);
@@ -54,7 +61,7 @@ impl TouchOff {
     fn begin(name: &str) -> Self {
         let folder = folder(name);
         let (machine, port) = machine(&folder);
-        let job = job_at(&folder, &port);
+        let job = job_at(&folder, &port, &[]);
         let align = ["align", &job, "--homed", "--take", "edges"];
         let terminal = Terminal::run(&align, Some(&folder.display().to_string()));
         Self { job, terminal, _machine: machine }
@@ -107,6 +114,48 @@ fn three_places_are_taken_by_keys_and_no_figure_is_typed() {
 }
 
 #[test]
+fn top_of_the_part_is_touched_with_paper() {
+    let folder = folder("touch-off-top");
+    let (_machine, port) = machine_of_three_axes(&folder);
+    let third_axis = ["--third-axis", "--z-repeatability-mm", "0.01", "--z-following-error-mm", "0.02"];
+    let job = job_at(&folder, &port, &third_axis);
+    let configured = folder.display().to_string();
+    let begins = ["align", &job, "--homed"];
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_keepout"));
+        command.args(arguments).env("KEEPOUT_CONFIG", &folder).output().unwrap()
+    };
+    // There is no alignment yet that the height could complete: no one jogs in vain.
+    let early = run(&[&begins[..], &["--take", "top"]].concat());
+    assert!(
+        code(&early) != 0 && complaint(&early).contains("align the other axes first"),
+        "{}",
+        complaint(&early)
+    );
+    assert_eq!(code(&run(&[&begins[..], &["--point", "0,0=-250,-200"]].concat())), 0);
+    let gauge = ["--take", "top", "--gauge-mm", "0.25"];
+    let mut terminal = Terminal::run(&[&begins[..], &gauge].concat(), Some(&configured));
+    terminal.wait_for("THE SPINDLE MUST STAND");
+    terminal.wait_for("place 1 of 1: lower the tool onto the paper on the top of the part");
+    terminal.type_for(Duration::from_millis(300), b"s4", Duration::from_secs(60));
+    terminal.wait_for("step 1 mm");
+    for step in 1..=12 {
+        terminal.type_for(Duration::from_millis(60), b"-", Duration::from_secs(60));
+        terminal.wait_for(&format!("z {:>9.3} mm", -1.0 - f64::from(step)));
+    }
+    terminal.type_for(Duration::from_millis(300), b"t", Duration::from_secs(60));
+    terminal.wait_for("top          z -13.250 mm machine coordinates");
+    terminal.type_for(Duration::from_secs(20), b"", Duration::from_secs(60));
+    assert_eq!(terminal.end(), Some(0), "{}", String::from_utf8_lossy(&terminal.shown));
+    let found = AlignmentFile::load(&Path::new(&job).join("alignment.toml")).unwrap();
+    assert_eq!((found.top_mm, found.origin_mm), (Some(-13.25), [-250.0, -200.0]));
+    let stated = run(&[&begins[..], &["--top-mm", "-14.5"]].concat());
+    assert_eq!(code(&stated), 0, "{}", complaint(&stated));
+    let found = AlignmentFile::load(&Path::new(&job).join("alignment.toml")).unwrap();
+    assert_eq!(found.top_mm, Some(-14.5));
+}
+
+#[test]
 fn quitting_writes_no_alignment() {
     let mut touch_off = TouchOff::begin("touch-off-quit");
     let terminal = &mut touch_off.terminal;
@@ -149,7 +198,7 @@ fn page_before_the_first_motion_tells_what_will_be_cut_and_waits() {
     let folder = folder("page");
     let (_machine, port) = machine(&folder);
     let received = folder.join("received");
-    let job = job_at(&folder, &port);
+    let job = job_at(&folder, &port, &[]);
     std::fs::write(&received, b"").unwrap();
     let config = folder.display().to_string();
     let file = Path::new(&job).join("job.toml");

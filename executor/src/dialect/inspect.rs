@@ -28,8 +28,23 @@ pub struct Inspected {
     pub limits: Limits,
     /// Travel of x and y, mm.
     pub travel_mm: Option<[f64; 2]>,
+    /// The third axis.
+    pub z: StatedAxis,
     /// Identity of the firmware.
     pub firmware: Option<String>,
+}
+
+/// The figures that a controller states for one axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StatedAxis {
+    /// Travel, mm.
+    pub travel_mm: Option<f64>,
+    /// Rapid rate, mm/s.
+    pub max_rate_mm_s: Option<f64>,
+    /// Acceleration, mm/s².
+    pub acceleration_mm_s2: Option<f64>,
+    /// Steps per mm.
+    pub steps_per_mm: Option<f64>,
 }
 
 /// One inspected property of a controller.

@@ -14,7 +14,7 @@ pub mod zaber;
 
 pub use described::{Described, Description, DescriptionError, TemplateError};
 pub use grbl::{Grbl, Status};
-pub use inspect::{Finding, Fit, Inspected, Inspector};
+pub use inspect::{Finding, Fit, Inspected, Inspector, StatedAxis};
 use keepout_kernel::{Height, LatticeError, Place, Vector};
 use keepout_planner::machine::MachineProfile;
 pub use language::{DialectName, DialectNameError};

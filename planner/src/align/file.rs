@@ -55,6 +55,9 @@ pub struct AlignmentFile {
     pub probe_error_mm: f64,
     /// Largest distance by which a place of the part may be off because of that error, mm.
     pub uncertainty_mm: f64,
+    /// Machine coordinate of the top of the part under the tool that touched it, mm. `None`: not touched.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub top_mm: Option<f64>,
 }
 
 /// Reason why an alignment file is refused.
@@ -167,6 +170,7 @@ impl AlignmentFile {
             ("residual_mm", self.residual_mm, 0.0..=1e3, "a length"),
             ("probe_error_mm", self.probe_error_mm, 0.0..=1e3, "a length"),
             ("uncertainty_mm", self.uncertainty_mm, 0.0..=1e3, "a length"),
+            ("top_mm", self.top_mm.unwrap_or(0.0), -1e4..=1e4, "within 10 m"),
         ];
         match figures.into_iter().find(|(_, value, range, _)| !range.contains(value)) {
             Some((field, value, _, range)) => Err(AlignmentFileError::Figure { field, value, range }),
@@ -216,7 +220,9 @@ mod tests {
             residual_mm: 0.001_25,
             probe_error_mm: 0.005,
             uncertainty_mm: 0.02,
+            top_mm: None,
         };
+        let alignment = AlignmentFile { top_mm: Some(-42.13), ..alignment };
         let path = std::env::temp_dir().join(format!("keepout-alignment-{}.toml", std::process::id()));
         alignment.save(&path).unwrap();
         let read = AlignmentFile::load(&path);

@@ -8,7 +8,8 @@ const STYLE: &str = ":root{--ink:#1d2025;--paper:#fff;--rule:#d5dae1;--soft:#f4f
      body{font:16px/1.45 Helvetica,Arial,sans-serif;max-width:1120px;margin:1.2em auto;padding:0 1em;\
      color:var(--ink);background:var(--paper)}h1{font-size:1.5em;margin:.4em 0}h2{font-size:1.15em;margin:1.4em 0 .4em}\
      table{border-collapse:collapse;width:100%;margin:.6em 0}th{text-align:left;font-weight:600;\
-     padding:.3em 1em .3em 0;vertical-align:top}td{padding:.3em 1em .3em 0;overflow-wrap:anywhere;min-width:3em;vertical-align:top}\
+     padding:.3em 1em .3em 0;vertical-align:top}td{padding:.3em 1em .3em 0;overflow-wrap:anywhere;min-width:3em;\
+     vertical-align:top}\
      tr{border-bottom:1px solid var(--rule)}pre{background:var(--soft);padding:1em;overflow:auto;font-size:.85em;\
      white-space:pre-wrap}figure{margin:1em 0;background:#fff}svg{display:block;width:100%;height:auto}\
      .outcome{font-size:1.15em;padding:.6em .8em;border-left:.5em solid #0072b2;background:var(--soft)}\

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::inspect::{Finding, Fit, Inspected, Inspector};
+use super::super::inspect::{Finding, Fit, Inspected, Inspector, StatedAxis};
 use super::settings::limits;
 
 /// The answers of a GRBL controller.
@@ -74,12 +74,23 @@ impl Inspector for GrblInspector {
                 [Some(x), Some(y)] if x > 0.0 && y > 0.0 => Some([x, y]),
                 _ => None,
             },
+            z: self.third_axis(),
             firmware: self.version.clone().or_else(|| self.greeting.clone()),
         }
     }
 }
 
 impl GrblInspector {
+    fn third_axis(&self) -> StatedAxis {
+        let stated = |number: u16| self.settings.get(&number).copied().filter(|value| *value > 0.0);
+        StatedAxis {
+            travel_mm: stated(132),
+            max_rate_mm_s: stated(112).map(|rate| rate / 60.0),
+            acceleration_mm_s2: stated(122),
+            steps_per_mm: stated(102),
+        }
+    }
+
     fn checked(&self, steps_per_mm: f64, arc_tolerance_mm: f64) -> Vec<Finding> {
         let finding = |&(number, name): &(u16, &str)| {
             let stated = self.settings.get(&number);
@@ -105,7 +116,7 @@ impl GrblInspector {
 }
 
 /// The inspected settings.
-const SETTINGS: [(u16, &str); 14] = [
+const SETTINGS: [(u16, &str); 18] = [
     (10, "report contents"),
     (12, "arc tolerance, mm"),
     (13, "reports in inches"),
@@ -114,15 +125,19 @@ const SETTINGS: [(u16, &str); 14] = [
     (22, "homing"),
     (100, "steps per mm, x"),
     (101, "steps per mm, y"),
+    (102, "steps per mm, z"),
     (110, "top speed, mm/min, x"),
     (111, "top speed, mm/min, y"),
+    (112, "top speed, mm/min, z"),
     (120, "acceleration, mm/s², x"),
     (121, "acceleration, mm/s², y"),
+    (122, "acceleration, mm/s², z"),
     (130, "travel, mm, x"),
     (131, "travel, mm, y"),
+    (132, "travel, mm, z"),
 ];
 /// The inspected settings that a session can do without.
-const DISPENSABLE: [u16; 8] = [20, 21, 110, 111, 120, 121, 130, 131];
+const DISPENSABLE: [u16; 12] = [20, 21, 102, 110, 111, 112, 120, 121, 122, 130, 131, 132];
 
 /// Whether a session can work with a setting's value.
 fn fit(number: u16, value: f64, steps_per_mm: f64, arc_tolerance_mm: f64) -> Fit {
