@@ -183,6 +183,7 @@ fn jogged(
     let config = place.config(profile);
     let setup = SessionSetup { work, options, dialect, config };
     let serial = Serial::open(port, *baud)?;
+    place.moved_by(&setup.dialect)?;
     let panel = Panel::default();
     let keyboard = Keyboard::open(panel.clone())?;
     let operator = Box::new(SpindleStands { keyboard, stated: !climbs });

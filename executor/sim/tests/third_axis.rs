@@ -58,6 +58,16 @@ fn dialect_of_two_axes_is_refused() {
 }
 
 #[test]
+fn plan_for_two_axes_is_refused_by_a_dialect_whose_lines_state_a_height() {
+    let bytes = include_bytes!("../../cli/drawings/cover.dxf");
+    let flat = PlanRequest::default().plan("cover", bytes, &machine(), &mut |_| {}).unwrap();
+    let dialect = DialectName::named(DESCRIBED).unwrap();
+    let run = SimRun { machine: machine(), dialect, ..SimRun::default() };
+    let refused = Scene::of(PreparedPlan::new(flat), &run).unwrap_err().to_string();
+    assert!(refused.starts_with("each motion of the dialect"), "{refused}");
+}
+
+#[test]
 fn whole_part_is_cut_from_solid_stock_by_a_plunging_operator() {
     let (ramp, plunge) = (EntryMove::default(), EntryMove::Plunge);
     let sessions = [("grbl", ramp), ("grblhal", plunge), ("zaber", plunge), (DESCRIBED, plunge)];

@@ -114,6 +114,12 @@ impl DialectName {
         }
     }
 
+    /// Whether each motion states a height, so that no session has two axes.
+    #[must_use]
+    pub fn needs_third_axis(&self) -> bool {
+        matches!(self, Self::Described { description, .. } if description.z.is_some())
+    }
+
     /// The dialect of one session.
     #[must_use]
     pub fn dialect(&self, setting: DialectConfig) -> Box<dyn Dialect> {

@@ -60,8 +60,12 @@ impl TablePlacement {
     /// Refuses a dialect that cannot move the axes of the plan.
     ///
     /// # Errors
-    /// [`PlaceError::TwoAxisDialect`] if the plan has depths and the dialect moves two axes.
+    /// [`PlaceError::TwoAxisDialect`] if the plan has depths and the dialect moves two axes,
+    /// [`PlaceError::ThreeAxisDialect`] if the plan has none and each motion of the dialect states a height.
     pub fn moved_by(&self, dialect: &DialectName) -> Result<(), PlaceError> {
+        if self.z.is_none() && dialect.needs_third_axis() {
+            return Err(PlaceError::ThreeAxisDialect { dialect: dialect.name().into() });
+        }
         if self.z.is_some() && !dialect.has_third_axis() {
             return Err(PlaceError::TwoAxisDialect { dialect: dialect.name().into() });
         }
@@ -135,6 +139,15 @@ pub enum PlaceError {
          the third axis in [units.z]"
     )]
     TwoAxisDialect {
+        /// The dialect.
+        dialect: String,
+    },
+    /// Each motion of the dialect states a height, and the plan has none.
+    #[error(
+        "each motion of the dialect {dialect} states a height, and the plan is for two axes: plan with --thickness-mm \
+         and a machine with a [z] table, or leave out [units.z] and {{z}} in the description"
+    )]
+    ThreeAxisDialect {
         /// The dialect.
         dialect: String,
     },

@@ -8,13 +8,13 @@ use std::time::Duration;
 use crate::oracle::xy;
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_executor::dialect::{
-    Described, Description, Dialect, DialectConfig, DialectName, Grbl, Venus, Zaber,
+    Described, Description, Dialect, DialectConfig, DialectName, DialectZ, Grbl, Venus, Zaber,
 };
 use keepout_executor::supervisor::{Command, Mode, Reply};
 use keepout_guard::{Certification, Certified, ContourMotion, Time, guard_in_open_space};
 use keepout_kernel::curve::fit_arc;
-use keepout_kernel::{Arc, Curve, Point, Segment, Turn, Vec2, Vector};
-use keepout_planner::machine::MachineProfile;
+use keepout_kernel::{Arc, Curve, Height, Place, Point, Segment, Turn, Vec2, Vector};
+use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::units::{mm, vector_mm};
 use keepout_planner::{Mm2, Mm3};
 use keepout_sim::{SimSettings, SimulatedController, speaking};
@@ -56,6 +56,13 @@ pub fn dialect_config() -> DialectConfig {
         travel_mm: Some(TRAVEL_MM),
         z: None,
     }
+}
+
+/// A description with a third axis.
+fn three_axes() -> Shared<Description> {
+    static ONE: OnceLock<Shared<Description>> = OnceLock::new();
+    let text = include_str!("../../../executor/sim/tests/described/three-axes.toml");
+    Shared::clone(ONE.get_or_init(|| Shared::new(Description::of(text).expect("it is one of ours"))))
 }
 
 fn description(which: usize) -> Shared<Description> {
@@ -207,20 +214,22 @@ fn moves() -> &'static [Certified; 3] {
     static MOVES: OnceLock<[Certified; 3]> = OnceLock::new();
     MOVES.get_or_init(|| {
         let far = Point::from_units(3_000_000, -2_000_000).expect("it is small");
-        [jog(Point::ORIGIN, far), straight(Point::ORIGIN, far, 600), contour(bend(), 600)]
+        let [from, far] = [Point::ORIGIN, far].map(Point::in_plane);
+        [jog(from, far), straight(from, far, 600), contour(ContourMotion::in_plane(bend(), 600))]
     })
 }
 
-/// A jog over an empty plane.
-fn jog(from: Point, to: Point) -> Certified {
+/// A jog through empty space.
+fn jog(from: Place, to: Place) -> Certified {
     let mut guard = guard_in_open_space().expect("a triangle is a region");
-    guard.locate(from.in_plane()).expect("it is far from everything");
-    guard.jog(to.in_plane(), 1200).expect("it is far from everything")
+    guard.locate(from).expect("it is far from everything");
+    guard.jog(to, 1200).expect("it is far from everything")
 }
 
-/// A straight motion of a contour over an empty plane.
-fn straight(from: Point, to: Point, feed_mm_min: u32) -> Certified {
-    contour(Curve::Line(Segment { from, to }), feed_mm_min)
+/// A straight motion of a contour through empty space.
+fn straight(from: Place, to: Place, feed_mm_min: u32) -> Certified {
+    let curve = Curve::Line(Segment { from: from.point, to: to.point });
+    contour(ContourMotion { curve, heights: [from.height, to.height], feed_mm_min })
 }
 
 /// A quarter of a circle from the origin.
@@ -232,12 +241,10 @@ fn bend() -> Curve {
     )
 }
 
-fn contour(curve: Curve, feed_mm_min: u32) -> Certified {
+fn contour(motion: ContourMotion) -> Certified {
     let mut guard = guard_in_open_space().expect("a triangle is a region");
-    guard.locate(curve.from().in_plane()).expect("it is far from everything");
-    guard
-        .begin_contour(vec![ContourMotion::in_plane(curve, feed_mm_min)])
-        .expect("it begins where the tool is");
+    guard.locate(motion.from()).expect("it is far from everything");
+    guard.begin_contour(vec![motion]).expect("it begins where the tool is");
     assert_eq!(guard.certify_contour(usize::MAX), Ok(Certification::Done));
     guard.next_of_contour().expect("it is the first")
 }
@@ -257,8 +264,8 @@ fn bend_to(from: Point, to: Point, left: bool) -> Option<Arc> {
     .ok()
 }
 
-/// Reads a dialect, a position on the table, garbage before the session, and motions. Each motion arrives
-/// at its target, and the controller reports that position.
+/// Reads a dialect, a position on the table, whether a third axis moves, garbage before the session, and motions.
+/// Each motion arrives at its target, in height too, and the controller reports that position.
 ///
 /// # Panics
 /// When a motion arrives elsewhere, or a report differs.
@@ -267,31 +274,42 @@ pub fn round_trip(bytes: &[u8]) {
 }
 
 fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
-    let name = match u.int_in_range(0..=7_usize)? {
+    let described = |description| DialectName::Described { file: "described".into(), description };
+    let name = match u.int_in_range(0..=8_usize)? {
         which @ 0..=3 => DialectName::named(DialectName::NAMES[which]).expect("it is built in"),
-        other => DialectName::Described { file: "described".into(), description: description(other) },
+        8 => described(three_axes()),
+        other => described(description(other)),
     };
+    let climbs = name.needs_third_axis() || name.has_third_axis() && bool::arbitrary(u)?;
     let reach = 15_000_000;
     let offset = Vector { dx: -u.int_in_range(reach..=2 * reach)?, dy: -u.int_in_range(reach..=2 * reach)? };
-    let mut trip = Trip::begin(&name, offset);
+    let zero = Height::from_units(-u.int_in_range(1_000_000..=4_000_000_i64)?).expect("it is small");
+    let mut trip = Trip::begin(&name, offset, climbs.then_some(zero));
     for _ in 0..u.int_in_range(0..=12_u8)? {
         trip.receives_garbage(u8::arbitrary(u)?);
     }
     trip.sets_out();
-    let mut from = Point::ORIGIN;
+    let mut from = Point::ORIGIN.in_plane();
     for _ in 0..u.int_in_range(1..=3_u8)? {
         let (x, y) = (u.int_in_range(0..=9_000_000_i64)?, u.int_in_range(0..=9_000_000_i64)?);
         let (to, feed) = (Point::from_units(x, y).expect("it is small"), u.int_in_range(60..=12_000_u32)?);
-        let way = to.minus(from);
+        let height = if climbs { u.int_in_range(-4_000_000..=900_000_i64)? } else { 0 };
+        let to = to.at_height(Height::from_units(height).expect("it is small"));
+        let way = to.point.minus(from.point);
         if way.dx.abs().max(way.dy.abs()) < 2000 {
             continue;
         }
         // The lowest bit makes a jog. The two bits above make one in four of the other motions an arc.
         let kind = u8::arbitrary(u)?;
-        let bent = (kind & 7 == 2).then(|| bend_to(from, to, kind & 8 == 0)).flatten();
+        let bent = (kind & 7 == 2).then(|| bend_to(from.point, to.point, kind & 8 == 0)).flatten();
         let bent = bent.filter(|_| trip.dialect.abilities().arcs);
+        // The supervisor sends a ramp along an arc as chords, because a line with all words of both is too long.
+        let to = if bent.is_some() { to.point.at_height(from.height) } else { to };
         let motion = match (bent, kind & 1) {
-            (Some(arc), _) => contour(Curve::Arc(arc), feed),
+            (Some(arc), _) => {
+                let heights = [from.height; 2];
+                contour(ContourMotion { curve: Curve::Arc(arc), heights, feed_mm_min: feed })
+            }
             (None, 1) => jog(from, to),
             (None, _) => straight(from, to, feed),
         };
@@ -305,21 +323,31 @@ fn round_trip_of(u: &mut Unstructured<'_>) -> Result<()> {
 struct Trip {
     dialect: Box<dyn Dialect>,
     controller: Box<dyn SimulatedController>,
+    /// The machine's height of the drawing's height zero. `None`: the third axis does not move.
+    zero: Option<Height>,
     now: Time,
     bytes: Vec<u8>,
 }
 
 impl Trip {
-    fn begin(name: &DialectName, offset: Vector) -> Self {
-        let machine = MachineProfile::simulated();
-        let config = DialectConfig::of(&machine, offset);
+    fn begin(name: &DialectName, offset: Vector, zero: Option<Height>) -> Self {
+        let simulated = MachineProfile::simulated();
+        let third_axis = zero.map(|zero| (zero, ZProfile::simulated()));
+        let machine = MachineProfile { z: third_axis.as_ref().map(|(_, z)| z.clone()), ..simulated };
+        let stated = |(zero, z): (Height, ZProfile)| DialectZ {
+            zero,
+            steps_per_mm: z.steps_per_mm,
+            travel_mm: Some(z.travel_mm),
+        };
+        let config = DialectConfig { z: third_axis.map(stated), ..DialectConfig::of(&machine, offset) };
+        let up_mm = zero.map_or(0.0, |zero| mm(zero.units()));
         let settings = SimSettings {
-            work_offset_mm: Mm2::new(-30.0, -20.0).at_height(0.0),
-            ..SimSettings::of(machine, vector_mm(offset).at_height(0.0))
+            work_offset_mm: Mm2::new(-30.0, -20.0).at_height(if zero.is_some() { -7.0 } else { 0.0 }),
+            ..SimSettings::of(machine, vector_mm(offset).at_height(up_mm))
         };
         let controller = speaking(name, settings);
         let dialect = name.dialect(config);
-        Self { dialect, controller, now: Time::ZERO, bytes: Vec::new() }
+        Self { dialect, controller, zero, now: Time::ZERO, bytes: Vec::new() }
     }
 
     /// Decodes a garbage byte before the session. The output that it causes is lost.
@@ -341,7 +369,7 @@ impl Trip {
         panic!("no report states the position of the tool");
     }
 
-    fn goes(&mut self, certified: Certified, to: Point, offset: Vector, bent: Option<Arc>) {
+    fn goes(&mut self, certified: Certified, to: Place, offset: Vector, bent: Option<Arc>) {
         self.say(&Command::Move(certified), |reply| *reply == Reply::Accepted);
         let report = loop {
             match self.say(&Command::Query, |reply| matches!(reply, Reply::Report(_))) {
@@ -351,11 +379,16 @@ impl Trip {
         };
         let mut samples = Vec::new();
         self.controller.take_samples(&mut samples);
-        let Mm3 { x, y, .. } = samples.last().expect("it has moved").position_mm;
+        let Mm3 { x, y, z } = samples.last().expect("it has moved").position_mm;
         let half_step_mm = 0.5 / MachineProfile::simulated().steps_per_mm + 2e-5;
-        let machine = to.translated(offset).expect("it is small");
+        let machine = to.point.translated(offset).expect("it is small");
         let off = (x - mm(machine.x.units())).abs().max((y - mm(machine.y.units())).abs());
         assert!(off <= half_step_mm, "{off} mm from {to:?} by {:?}", self.controller);
+        let half_step_z_mm = 0.5 / ZProfile::simulated().steps_per_mm + 2e-5;
+        if let Some(zero) = self.zero {
+            let off = (z - mm(to.height.units()) - mm(zero.units())).abs();
+            assert!(off <= half_step_z_mm, "{off} mm above or below {to:?} by {:?}", self.controller);
+        }
         if let Some(arc) = bent {
             let arc = Curve::Arc(arc);
             // The margin's share for arcs.
@@ -366,9 +399,15 @@ impl Trip {
                 assert!(off <= most_mm, "{off} mm beside {arc:?} at {place:?}");
             }
         }
-        let reported = report.position.expect("it is armed").point.minus(to);
-        let off = mm(reported.dx).abs().max(mm(reported.dy).abs());
+        let reported = report.position.expect("it is armed");
+        let way = reported.point.minus(to.point);
+        let off = mm(way.dx).abs().max(mm(way.dy).abs());
         assert!(off <= 4.0 * half_step_mm, "reported {off} mm from {to:?}");
+        let off = (mm(reported.height.units()) - mm(to.height.units())).abs();
+        assert!(
+            self.zero.is_none() || off <= 4.0 * half_step_z_mm,
+            "reported {off} mm above or below {to:?}"
+        );
     }
 
     /// Sends a command and decodes replies until the wanted one.
