@@ -11,7 +11,7 @@ use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::{
     Clock, Going, NoEventLog, Session, SessionSetup, VirtualClock, place_on_table,
 };
-use keepout_executor::supervisor::{Fault, OperatorCommand, OperatorInput, Options, PreparedPlan};
+use keepout_executor::supervisor::{Fault, Notice, OperatorCommand, OperatorInput, Options, PreparedPlan};
 use keepout_guard::Time;
 use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
@@ -165,6 +165,28 @@ fn garbage_while_moving_stops_the_session_without_a_cancel() {
         last.contains("$J="),
         "no bytes follow the jog, because a cancel or a hold could run away: {last}"
     );
+}
+
+#[test]
+fn stated_motion_without_a_change_of_position_is_told() {
+    let moves = Arc::new(AtomicBool::new(false));
+    let stalled = Arc::clone(&moves);
+    let mut controller = grbl(move |_| {
+        moves.store(true, Ordering::Relaxed);
+        b"ok\r\n".to_vec()
+    });
+    let rule = move |bytes: &[u8]| {
+        if bytes == b"?" && stalled.load(Ordering::Relaxed) {
+            return b"<Jog|MPos:-10.000,-10.000,0.000|Bf:14,128|FS:600,0>\r\n".to_vec();
+        }
+        controller(bytes)
+    };
+    let port = Scripted { rule, pending: Vec::new(), written: Vec::new(), lost_at: None };
+    let operator = operator::named("wall", 60.0, 1).unwrap();
+    let mut session = setup(false).session(port, operator, Box::new(NoEventLog));
+    session.run(&mut VirtualClock::default(), Duration::from_secs(20), |_, _| Going::On).unwrap();
+    let notices = session.supervisor().notices();
+    assert_eq!(notices.iter().filter(|notice| **notice == Notice::StandsStill).count(), 1, "{notices:?}");
 }
 
 #[test]

@@ -44,6 +44,8 @@ pub enum Notice {
     Unreached(String),
     /// So much of the contour is cut again, mm.
     Recut(f64),
+    /// The controller states motion, and its position does not change.
+    StandsStill,
     /// The controller's own message.
     Controller(Text),
 }
@@ -91,6 +93,10 @@ impl fmt::Display for Notice {
             Self::Recut(mm) => {
                 write!(f, "{mm:.2} mm are recut, because the contour enters before the resume point")
             }
+            Self::StandsStill => f.write_str(
+                "the controller states that it moves, but its position stands still: look at the machine, its drives \
+                 and its feed override",
+            ),
             Self::Controller(text) => f.write_str(text),
         }
     }

@@ -22,6 +22,8 @@ const ECHO_BITS: u64 = 1400;
 pub(super) struct Polling {
     /// Time of the last message from the controller.
     pub(super) heard_at: Time,
+    /// Time of the last report of another position, or of no motion.
+    pub(super) moved_at: Time,
     /// Queries without an answer, oldest first.
     queries: VecDeque<QueryStamp>,
     /// Send time of the last query. `None` once a report answered it.
@@ -46,6 +48,7 @@ impl Default for Polling {
     fn default() -> Self {
         Self {
             heard_at: Time::ZERO,
+            moved_at: Time::ZERO,
             queries: VecDeque::with_capacity(QUERIES_MAX),
             asked_at: None,
             waits_since: None,

@@ -20,6 +20,10 @@ const START_EXCHANGES: u32 = 8;
 /// Greatest number of tolerated rejections in a row. The next rejection is a fault.
 const REFUSED_MAX: u8 = 20;
 
+/// Time after which a stated motion without a change of position is told to the operator. The slowest jog goes 1 mm/s,
+/// and an override of 10 % makes it a tenth of that.
+const STANDS_FOR: Duration = Duration::from_secs(5);
+
 impl Supervisor {
     pub(super) fn hear(&mut self, reply: Reply, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
         // An unreadable line does not end the silence.
@@ -83,6 +87,7 @@ impl Supervisor {
     }
 
     fn take_report(&mut self, report: &Report, now: Time, commands: &mut Vec<Command>) -> Result<(), Fault> {
+        self.watch_standstill(report, now);
         self.position = report.position.or(self.position);
         self.mode = Some(report.mode);
         let stamp = self.polling.answered(now, self.options.answer_within);
@@ -97,6 +102,17 @@ impl Supervisor {
                     None => Ok(()),
                 }
             }
+        }
+    }
+
+    /// Tells the operator that the controller states motion, and its position has stood still for long.
+    fn watch_standstill(&mut self, report: &Report, now: Time) {
+        let stands =
+            report.mode == Mode::Moving && report.position.is_none_or(|at| self.position == Some(at));
+        if !stands {
+            self.polling.moved_at = now;
+        } else if now.since(self.polling.moved_at) > STANDS_FOR {
+            self.note(Notice::StandsStill);
         }
     }
 
