@@ -1,5 +1,4 @@
 //! Plans with depths, against heights and figures worked out here by plain arithmetic.
-#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
