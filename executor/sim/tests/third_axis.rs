@@ -5,10 +5,11 @@ use std::time::Duration;
 
 use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::{Operator, OperatorView};
-use keepout_executor::session::{Going, NoEventLog};
-use keepout_executor::supervisor::{OperatorCommand, OperatorInput, PreparedPlan, Supervisor};
+use keepout_executor::session::{Going, NoEventLog, Sample};
+use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_planner::depth::{DepthParameters, EntryMove, FaceChoice, FaceDepth};
+use keepout_planner::job::Progress;
 use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::plan::PlanParameters;
 use keepout_planner::request::PlanRequest;
@@ -37,15 +38,19 @@ fn work(entry: EntryMove) -> PreparedPlan {
     PreparedPlan::new(request.plan("cover", bytes, &machine(), &mut |_| {}).unwrap())
 }
 
-fn session(entry: EntryMove, dialect: DialectName, seed: u64) -> SimResult {
-    let run = SimRun {
+fn run(dialect: DialectName, seed: u64) -> SimRun {
+    SimRun {
         machine: machine(),
         dialect,
         seed,
         baud: 38_400,
         latency: Duration::from_millis(20),
         ..SimRun::default()
-    };
+    }
+}
+
+fn session(entry: EntryMove, dialect: DialectName, seed: u64) -> SimResult {
+    let run = run(dialect, seed);
     let operator = operator::named("wall", 20.0, seed).unwrap();
     run_simulated(work(entry), &run, operator, Box::new(NoEventLog), &mut |_, _, _| Going::On).unwrap()
 }
@@ -76,8 +81,34 @@ fn whole_part_is_cut_from_solid_stock_by_a_plunging_operator() {
         let facts = &result.facts;
         assert_eq!(facts.deepest_mm, Some(0.0), "{dialect}: {facts:?}");
         assert_eq!(facts.outcome.to_string(), "complete: 4 of 4 contours cut", "{dialect}: {facts:?}");
-        check_stock(&result);
+        check_stock(&[result.samples]);
     }
+}
+
+#[test]
+fn interrupted_part_is_finished_at_the_depth_where_it_stopped() {
+    let mut progress = Progress::default();
+    let mut sessions = Vec::new();
+    for part in 0..4_u64 {
+        let last = part == 3;
+        let run = SimRun { progress, ..run(DialectName::Grbl, 11 + part) };
+        let operator = operator::named("wall", 5.0, 11 + part).unwrap();
+        let mut contouring = 0;
+        // Each session but the last stops in a contour, later than the one before it.
+        let mut watch = |supervisor: &Supervisor, _: &CollisionMonitor, _: Time| {
+            contouring += u64::from(supervisor.phase() == Phase::Contouring);
+            if last || contouring < 1500 * (part + 1) { Going::On } else { Going::Halt }
+        };
+        let result =
+            run_simulated(work(EntryMove::default()), &run, operator, Box::new(NoEventLog), &mut watch)
+                .unwrap();
+        assert_eq!(result.facts.deepest_mm, Some(0.0), "{:?}", result.facts);
+        let outcome = result.facts.outcome.to_string();
+        assert_eq!(outcome.starts_with("complete"), last, "{part}: {outcome}");
+        progress = result.facts.progress;
+        sessions.push(result.samples);
+    }
+    check_stock(&sessions);
 }
 
 /// Distance of a point from a rectangle with rounded corners, mm: negative inside.
@@ -89,12 +120,12 @@ fn beside([x0, y0, x1, y1]: [f64; 4], corner: f64, at: Mm2) -> f64 {
     outside + out.x.max(out.y).min(0.0) - corner
 }
 
-/// Cuts solid stock along the true way of the tool, and compares each cell with the drawing's shapes. Nothing here
+/// Cuts solid stock along the true ways of the tool in some sessions, and compares each cell with the drawing's shapes. Nothing here
 /// comes from the plan but the tool.
-fn check_stock(result: &SimResult) {
+fn check_stock(sessions: &[Vec<Sample>]) {
     let bounds = Box2 { low: Mm2::new(-4.0, -4.0), high: Mm2::new(84.0, 54.0) };
     let mut stock = StockMap::solid(bounds, 3.0);
-    for pair in result.samples.windows(2) {
+    for pair in sessions.iter().flat_map(|samples| samples.windows(2)) {
         stock.cut([pair[0].position_mm, pair[1].position_mm], 3.0);
     }
     // A cell this far from every wall is on one side of it, and the finishing contour passed over it.

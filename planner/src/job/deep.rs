@@ -147,12 +147,14 @@ impl<'a> DeepWork<'a> {
         let (mut opened, mut joint) = (Height::ZERO, None);
         for &number in &chain.numbers {
             let depth = self.plan.plan.passes[number.pass].height;
-            if self.job.before.has_finished(number) {
+            if self.job.unreached.contains(&number) {
+                break;
+            }
+            // The rest of an interrupted loop comes first in the job.
+            let goes_on = self.job.before.partial.iter().any(|partial| partial.number == number);
+            if goes_on || self.job.before.has_finished(number) {
                 (opened, joint) = (depth, None);
                 continue;
-            }
-            if self.job.before.partial.iter().any(|partial| partial.number == number) {
-                break;
             }
             let start = joint.or_else(|| chain.track.joint(chain.track.nearest(self.here.point).1));
             // After an earlier pass only a thin wall is left, and the tool lowers through it at its cutting feed.
