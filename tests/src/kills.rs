@@ -16,9 +16,11 @@ pub use judge::{JudgedLog, Watched};
 use keepout_executor::session::outcome::Ending;
 use keepout_executor::session::place_on_table;
 use keepout_executor::supervisor::PreparedPlan;
-use keepout_kernel::Vector;
+use keepout_kernel::{Height, Vector};
 use keepout_planner::Mm2;
+use keepout_planner::depth::{DepthParameters, EntryMove, FaceChoice, FaceDepth};
 use keepout_planner::machine::MachineProfile;
+use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::plan_file;
 use keepout_planner::request::PlanRequest;
 use keepout_sim::standalone::{positions, state};
@@ -43,8 +45,8 @@ pub struct KillMoment {
     pub number: u64,
     /// The part that fails.
     pub victim: Victim,
-    /// The time since the start of the executor.
-    pub after: Duration,
+    /// The time since the start of the executor, as a share of a session.
+    pub after: f64,
 }
 
 impl KillMoment {
@@ -57,14 +59,16 @@ impl KillMoment {
             1 => Victim::Controller,
             _ => Victim::Cable,
         };
-        Self { number, victim, after: Duration::from_secs_f64(random.f64() * SESSION_S) }
+        Self { number, victim, after: random.f64() }
+    }
+
+    fn share(self, session_s: f64) -> Duration {
+        Duration::from_secs_f64(self.after * session_s)
     }
 }
 
 /// Feed of the contour, mm/min.
 pub const FEED_MM_MIN: u32 = 6000;
-/// Duration of a session, about, s.
-const SESSION_S: f64 = 8.0;
 /// Longest time until the machine has executed all received motions.
 const REST_WITHIN: Duration = Duration::from_secs(30);
 /// A tool that has not moved for this time is in position.
@@ -95,37 +99,91 @@ pub struct Trials {
     program: PathBuf,
     folder: PathBuf,
     plan: PathBuf,
+    part: KilledPart,
     work: PreparedPlan,
-    offset: Vector,
+    offset: (Vector, Height),
 }
 
 /// The exit code of a session that leaves contours.
 const INCOMPLETE: i32 = 9;
+/// The exit code of a session that cuts every contour.
+const COMPLETE: i32 = 0;
 /// The drawing's origin, machine coordinates, mm: near the home position.
 const ORIGIN: &str = "-130,-110";
 const ORIGIN_MM: Mm2 = Mm2::new(-130.0, -110.0);
+/// Machine coordinate of the top of the part with depths, mm.
+const TOP: &str = "-12";
+const TOP_MM: f64 = -12.0;
+
+/// The part of the killed sessions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KilledPart {
+    /// A bracket on two axes. The tool cuts its outline; the holes would need a tool that rises.
+    Flat,
+    /// A cover with two holes and a pocket, at two depths.
+    Deep,
+}
+
+impl KilledPart {
+    /// Its certified plan, and the machine.
+    fn plan(self) -> Result<(CertifiedPlan, MachineProfile), String> {
+        let mut request = PlanRequest::default();
+        let (name, bytes, machine) = match self {
+            Self::Flat => (
+                "bracket.dxf",
+                &include_bytes!("../../executor/cli/drawings/bracket.dxf")[..],
+                MachineProfile::simulated(),
+            ),
+            Self::Deep => {
+                let pocket = FaceDepth { of: FaceChoice::Layer("POCKET".into()), depth_mm: Some(1.0) };
+                let depths = DepthParameters { entry: EntryMove::Plunge, ..DepthParameters::of(2.0) };
+                request.job.depth = Some(DepthParameters { faces: vec![pocket], ..depths });
+                let bytes = &include_bytes!("../../executor/cli/drawings/cover.dxf")[..];
+                ("cover.dxf", bytes, MachineProfile::simulated_three_axes())
+            }
+        };
+        let plan = request.plan(name, bytes, &machine, &mut |_| {}).map_err(|error| error.to_string())?;
+        Ok((plan, machine))
+    }
+
+    /// How the resumed session ends: its exit code, its ending, and the contours that are cut then.
+    fn end(self) -> (i32, Ending, usize) {
+        match self {
+            Self::Flat => (INCOMPLETE, Ending::Incomplete, 1),
+            Self::Deep => (COMPLETE, Ending::Complete, 4),
+        }
+    }
+
+    /// Duration of a session, about, s.
+    fn session_s(self) -> f64 {
+        match self {
+            Self::Flat => 8.0,
+            Self::Deep => 16.0,
+        }
+    }
+}
 
 impl Trials {
     /// Makes the plan in an emptied folder, for sessions of `program`, which is `keepout`.
     ///
     /// # Errors
     /// The message for the operator.
-    pub fn new(folder: &Path, program: PathBuf) -> Result<Self, String> {
+    pub fn new(folder: &Path, program: PathBuf, part: KilledPart) -> Result<Self, String> {
         let _ = std::fs::remove_dir_all(folder);
         std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
-        let machine = MachineProfile::simulated();
-        let bytes = include_bytes!("../../executor/cli/drawings/bracket.dxf");
-        let plan = PlanRequest::default().plan("bracket.dxf", bytes, &machine, &mut |_| {});
-        let plan = plan.map_err(|error| error.to_string())?;
+        let (plan, machine) = part.plan()?;
         let file = folder.join("part.plan");
         plan_file::save(&plan.plan, &file).map_err(|error| error.to_string())?;
-        let place = place_on_table(&plan, &machine, Some(ORIGIN_MM)).map_err(|error| error.to_string())?;
+        let place = place_on_table(&plan, &machine, Some(ORIGIN_MM))
+            .and_then(|place| place.with_top(&plan, Some(TOP_MM)))
+            .map_err(|error| error.to_string())?;
         Ok(Self {
             program,
             folder: folder.to_path_buf(),
             plan: file,
             work: PreparedPlan::new(plan),
-            offset: place.offset,
+            offset: (place.offset, place.z.map_or(Height::ZERO, |z| z.zero)),
+            part,
         })
     }
 
@@ -159,7 +217,7 @@ impl Trial<'_> {
     fn go(&self) -> Result<KillOutcome, String> {
         let mut machine = self.machine(1)?;
         let mut executor = self.executor(&self.operator()?, &["--home"], "first.log")?;
-        std::thread::sleep(self.moment.after);
+        std::thread::sleep(self.moment.share(self.trials.part.session_s()));
         match self.moment.victim {
             Victim::Executor => executor.kill()?,
             Victim::Controller => machine.kill()?,
@@ -174,7 +232,11 @@ impl Trial<'_> {
         let phase = first.as_ref().map_or(String::new(), |first| format!("{:?}", first.phase));
         let left = first.as_ref().is_none_or(|first| {
             let progress = first.replay.supervisor.progress();
-            progress.finished.is_empty() || !progress.partial.is_empty()
+            let wanted = match self.trials.part {
+                KilledPart::Flat => 1,
+                KilledPart::Deep => self.trials.work.plan.plan.loop_count(),
+            };
+            progress.finished.len() < wanted || !progress.partial.is_empty()
         });
         let mut commands = first.as_ref().map_or(0, |first| first.replay.counted.commands);
         if left {
@@ -194,6 +256,9 @@ impl Trial<'_> {
         let arguments = ["simulate", "--link", &link, "--state", &state, "--received", &received];
         let mut arguments = arguments.to_vec();
         arguments.extend(["--positions", &positions, "--seed", &seed]);
+        if self.trials.part == KilledPart::Deep {
+            arguments.push("--three-axes");
+        }
         let machine = Process::start(&self.trials.program, &arguments, &self.folder.join("machine.txt"))?;
         let begun = Instant::now();
         while !self.folder.join("port").exists() {
@@ -213,6 +278,9 @@ impl Trial<'_> {
         arguments.extend(["--operator", operator, "--jog-s", "2.5"]);
         arguments.extend(["--feed-mm-min", feed.as_str()]);
         arguments.extend(["--limit-s", "80", "--seed", &seed]);
+        if self.trials.part == KilledPart::Deep {
+            arguments.extend(["--top-mm", TOP]);
+        }
         arguments.extend(more);
         Process::start(&self.trials.program, &arguments, &self.folder.join("executor.txt"))
     }
@@ -220,6 +288,9 @@ impl Trial<'_> {
     /// The operator: a model and a script with a feed hold, in turns.
     fn operator(&self) -> Result<String, String> {
         let turn = self.moment.number / 3;
+        if self.trials.part == KilledPart::Deep {
+            return Ok(if turn.is_multiple_of(2) { "wall" } else { "calm" }.into());
+        }
         if turn.is_multiple_of(2) {
             return Ok(if turn.is_multiple_of(4) { "wall" } else { "calm" }.into());
         }
@@ -272,8 +343,8 @@ impl Trial<'_> {
         }
         let mut executor = self.executor("calm", &more, "second.log")?;
         let code = executor.wait(RESUMED_WITHIN)?;
-        // The outline is cut. The two holes are left: the operator would have to raise the tool.
-        if code != Some(INCOMPLETE) {
+        let (wanted, ending, cut) = self.trials.part.end();
+        if code != Some(wanted) {
             return Err(format!("the resumed session ended with exit code {code:?}"));
         }
         // A new machine has received no bytes of the first session.
@@ -285,7 +356,7 @@ impl Trial<'_> {
         let second = second.ok_or("there is no second log")?;
         second.goes_on_from(first)?;
         let outcome = second.replay.outcome();
-        if outcome.ending != Ending::Incomplete || outcome.tally.cut != 1 {
+        if outcome.ending != ending || outcome.tally.cut != cut {
             return Err(format!("the resumed session ended as \"{outcome}\""));
         }
         Ok(second.replay.counted.commands)

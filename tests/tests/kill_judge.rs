@@ -7,7 +7,7 @@ use std::time::Duration;
 use keepout_executor::session::log::{Header, LogWriter};
 use keepout_executor::session::{Going, Sample, SampleKind};
 use keepout_executor::supervisor::{Phase, PreparedPlan};
-use keepout_kernel::Vector;
+use keepout_kernel::{Height, Vector};
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::request::PlanRequest;
@@ -102,7 +102,7 @@ fn session_resumed_without_the_log_is_reported() {
 fn collision_monitor_reports_gouge_and_uncut_contour() {
     let (work, folder) = (work(), folder("positions"));
     let samples = session(&work, 60, Progress::default(), &folder.join("session.log"));
-    let judged = |samples: Vec<Sample>| Watched::of(&[samples], &work, HERE);
+    let judged = |samples: Vec<Sample>| Watched::of(&[samples], &work, (HERE, Height::ZERO));
     judged(samples.clone()).unwrap();
     let cuts: Vec<usize> =
         (0..samples.len()).filter(|&index| samples[index].kind == SampleKind::Run).collect();

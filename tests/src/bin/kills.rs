@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Parser;
-use keepout_tests::kills::{KillMoment, KillOutcome, Trials, keepout_program};
+use keepout_tests::kills::{KillMoment, KillOutcome, KilledPart, Trials, keepout_program};
 
 /// Kills the executor or the controller, or pulls the cable, at random moments, and resumes the session.
 #[derive(Debug, Parser)]
@@ -19,6 +19,9 @@ struct Arguments {
     /// Number of the first moment. The number is the seed of the moment.
     #[arg(long, default_value_t = 1)]
     first: u64,
+    /// Sessions on three axes, of a part with depths.
+    #[arg(long)]
+    three_axes: bool,
     /// Sessions at the same time.
     #[arg(long, default_value_t = 4)]
     parallel: usize,
@@ -45,7 +48,8 @@ type Rows = BTreeMap<(String, String), Row>;
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let program = arguments.program.map_or_else(keepout_program, Ok);
-    let trials = match program.and_then(|program| Trials::new(&arguments.output, program)) {
+    let part = if arguments.three_axes { KilledPart::Deep } else { KilledPart::Flat };
+    let trials = match program.and_then(|program| Trials::new(&arguments.output, program, part)) {
         Ok(trials) => trials,
         Err(error) => {
             eprintln!("{error}");

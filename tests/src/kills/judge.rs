@@ -122,13 +122,16 @@ impl Watched {
     ///
     /// # Errors
     /// The gouge if the tool was in the part, or the coverage if the contour is not cut.
-    pub fn of(machines: &[Vec<Sample>], work: &PreparedPlan, offset: Vector) -> Result<Self, String> {
+    pub fn of(
+        machines: &[Vec<Sample>],
+        work: &PreparedPlan,
+        offset: (Vector, Height),
+    ) -> Result<Self, String> {
         let mut cut = Vec::new();
         let (mut watched, mut closest_mm) = (0, f64::INFINITY);
         for samples in machines {
             let levels = Arc::clone(work.levels());
-            let mut monitor =
-                CollisionMonitor::new(levels, work.plan.plan.tool_radius, (offset, Height::ZERO));
+            let mut monitor = CollisionMonitor::new(levels, work.plan.plan.tool_radius, offset);
             samples.iter().for_each(|sample| monitor.watch(sample));
             if let Some(gouge) = monitor.deepest() {
                 return Err(format!("the tool was in the part: {gouge:?}"));
