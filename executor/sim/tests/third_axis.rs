@@ -120,8 +120,8 @@ fn beside([x0, y0, x1, y1]: [f64; 4], corner: f64, at: Mm2) -> f64 {
     outside + out.x.max(out.y).min(0.0) - corner
 }
 
-/// Cuts solid stock along the true ways of the tool in some sessions, and compares each cell with the drawing's shapes. Nothing here
-/// comes from the plan but the tool.
+/// Cuts solid stock along the true ways of the tool in some sessions, and compares each cell with the drawing's
+/// shapes. Nothing here comes from the plan but the tool.
 fn check_stock(sessions: &[Vec<Sample>]) {
     let bounds = Box2 { low: Mm2::new(-4.0, -4.0), high: Mm2::new(84.0, 54.0) };
     let mut stock = StockMap::solid(bounds, 3.0);
