@@ -1,6 +1,7 @@
 //! Killed sessions leave a correct log, and a second session finishes the contour from it. For more moments:
 //! `cargo run --release -p keepout-tests --bin kills`.
 #![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
