@@ -74,13 +74,14 @@ fn session(work: PreparedPlan, run: &SimRun, output: &Path, jog_s: f64) -> Resul
 fn report(result: &SimResult, output: &Path) -> Result<ExitCode, CliError> {
     let SimResult { facts, samples, work, .. } = result;
     let plan = &work.plan;
-    for (name, value) in facts.rows(plan, samples) {
+    let rows = facts.rows(plan, samples);
+    for (name, value) in &rows {
         println!("{name:<36} {value}");
     }
     let title = format!("{}, as run", plan.plan.provenance.name);
     let picture = picture_of_run(plan, &title, samples, &facts.progress);
     let section = section_of_run(plan, &title, samples);
-    let page = html(plan, facts, samples, &picture, section.as_deref());
+    let page = html(plan, facts, rows, &picture, section.as_deref());
     let mut files = vec![("picture", "run.svg", picture), ("report", "report.html", page)];
     files.extend(section.map(|section| ("section", "section.svg", section)));
     for (name, file, text) in files {

@@ -42,7 +42,7 @@ pub struct NewMachine {
     /// Largest distance of the true path from the commanded path in motion, mm.
     #[arg(long, value_name = "MM", value_parser = length)]
     contour_error_mm: Option<f64>,
-    /// Keepout moves a third axis, z. Without this option, a person at a terminal is asked.
+    /// Keepout moves a third axis, z. Without this option, the program asks a person at a terminal.
     #[arg(long)]
     third_axis: bool,
     /// With a third axis: half the spread of ten returns to one height by a dial gauge, mm.

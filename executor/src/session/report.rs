@@ -188,16 +188,16 @@ pub(super) fn traces(samples: &[Sample]) -> Vec<Trace> {
     traces
 }
 
-/// A self-contained page of a run, from the session itself.
+/// A self-contained page of a run, from the session itself. `rows`: its [`RunFacts::rows`].
 #[must_use]
 pub fn html(
     plan: &CertifiedPlan,
     facts: &RunFacts,
-    samples: &[Sample],
+    rows: Vec<(String, String)>,
     picture: &str,
     section: Option<&str>,
 ) -> String {
-    let mut proof = facts.rows(plan, samples);
+    let mut proof = rows;
     proof.push(("drawing SHA-256".into(), hex(&plan.plan.provenance.hash)));
     JobPage {
         title: plan.plan.provenance.name.clone(),

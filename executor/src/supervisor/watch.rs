@@ -20,8 +20,8 @@ const START_EXCHANGES: u32 = 8;
 /// Greatest number of tolerated rejections in a row. The next rejection is a fault.
 const REFUSED_MAX: u8 = 20;
 
-/// Time after which a stated motion without a change of position is told to the operator. The slowest jog goes 1 mm/s,
-/// and an override of 10 % makes it a tenth of that.
+/// The operator gets a notice when the controller states motion for this time without a change of position. The
+/// slowest jog goes 1 mm/s, and an override of 10 % makes it a tenth of that.
 const STANDS_FOR: Duration = Duration::from_secs(5);
 
 impl Supervisor {
