@@ -12,7 +12,7 @@ use arbitrary::{Arbitrary, Unstructured};
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::Going;
 use keepout_executor::session::log::{Header, LogWriter};
-use keepout_fuzz::PLATE;
+use keepout_fuzz::plate;
 use keepout_fuzz::sketch::{OutlineFault, Sketch};
 use keepout_kernel::Point;
 use keepout_planner::machine::MachineProfile;
@@ -83,7 +83,8 @@ fn drawings() -> Outcome {
 /// that the path was made for. The other is coarser than the whole margin.
 fn wrong_plans() -> Outcome {
     let planned = |machine: &MachineProfile| -> Result<Plan, Box<dyn Error>> {
-        let certified = PlanRequest::default().plan("plate", PLATE.as_bytes(), machine, &mut |_| {})?;
+        let certified =
+            PlanRequest::default().plan("plate", plate(false).as_bytes(), machine, &mut |_| {})?;
         Ok(certified.plan)
     };
     let usual = MachineProfile::simulated();

@@ -4,6 +4,7 @@ use keepout_executor::session::log::{Log, LogReadError};
 use keepout_executor::session::replay::replay;
 use keepout_executor::session::{Certificate, LoggedEvent, page_of_log, picture_of_log};
 use keepout_executor::supervisor::Phase;
+use keepout_kernel::Curve;
 use keepout_planner::{plan_file, sha256};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
@@ -145,6 +146,7 @@ fn is_not_changed_unnoticed(log: &[u8], which: usize) {
 fn watch(log: &Log) -> usize {
     let plan = &job::work().plan;
     let walls = ends_of_edges(&plan.part);
+    let curves: Vec<Curve> = oracle::walls(plan).copied().collect();
     let is_way_out = |event: &LoggedEvent<'_>| match event {
         LoggedEvent::Phase { phase, .. } => Some(*phase == Phase::Escaping),
         _ => None,
@@ -169,7 +171,7 @@ fn watch(log: &Log) -> usize {
             }
             Certificate::Contour { curve, .. } => {
                 let kept = f64::from(plan.finishing.units()) - ROUNDING;
-                keep_away(curve, &oracle::places(curve), kept);
+                keep_away(curve, &oracle::places(curve), kept, &curves);
             }
         }
     }

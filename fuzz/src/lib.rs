@@ -30,7 +30,7 @@ pub use dialects::{described_decode, grbl_decode, round_trip, venus_decode, zabe
 pub use files::{certificates_of_log, plan_file, session_log};
 pub use import::dxf_import;
 pub use index::{index, index_check};
-pub use job::{PLATE, work};
+pub use job::{plate, work};
 pub use keepout_proofs::property_of_bytes as property;
 pub use mesh::mesh;
 pub use offset::offset;

@@ -2,6 +2,7 @@
 //! replies. The check is the guard's invariant: no motion that may still be executed leads near the part,
 //! and the tool never comes near it.
 
+mod events;
 mod machine;
 pub mod watch;
 
@@ -10,15 +11,13 @@ use std::time::Duration;
 use arbitrary::{Arbitrary, Result, Unstructured};
 use keepout_executor::session::place_on_table;
 use keepout_executor::supervisor::{
-    Abilities, Event, Limits, Mode, OperatorCommand, OperatorInput, Options, Phase, Reply, Report,
-    Supervisor, Unfit, text,
+    Abilities, Event, OperatorInput, Options, Phase, PreparedPlan, Supervisor, text,
 };
 use keepout_guard::{Interpolation, OnCancel, Time};
-use keepout_kernel::{Curve, Length, Point, Segment, Vector};
-use keepout_planner::Mm2;
-use keepout_planner::job::{ContourJob, JobError, Progress};
-use keepout_proofs::properties::Xy;
-use machine::{Machine, Make};
+use keepout_kernel::{Length, Point};
+use keepout_planner::job::{LoopNumber, Progress};
+use machine::{Machine, Make, Tip};
+use watch::comes_near_to;
 
 use crate::job;
 
@@ -28,7 +27,7 @@ const STEPS_MAX: usize = 400;
 const COMMANDS_MAX: usize = 64;
 
 /// The fault of the link or the controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Arbitrary)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Trouble {
     /// No fault, except that the cable is pulled and plugged in again.
     None,
@@ -40,7 +39,17 @@ enum Trouble {
     FalseReplies,
 }
 
-/// Reads a session from any bytes: the operator's input, the machine's actions and times, and the faults.
+/// Heights of a session with depths, lattice units.
+#[derive(Clone, Copy, Debug)]
+struct Heights {
+    /// The table.
+    floor: i64,
+    /// Where the tool crosses.
+    safe: i64,
+}
+
+/// Reads a session from any bytes: two axes or three, the operator's input, the machine's actions and times, and
+/// the faults.
 ///
 /// # Panics
 /// When the supervisor sends a motion that is not certified, or the tool comes too near the part.
@@ -49,9 +58,11 @@ pub fn supervisor(bytes: &[u8]) {
 }
 
 fn session(u: &mut Unstructured<'_>) -> Result<()> {
-    let trouble = Trouble::arbitrary(u)?;
-    let make = make(u)?;
-    let (mut play, undisturbed) = Play::begin(trouble, make, u)?;
+    let kind = u32::arbitrary(u)?;
+    let troubles = [Trouble::None, Trouble::Loses, Trouble::Duplicates, Trouble::FalseReplies];
+    let (trouble, depths) = (troubles[(kind >> 30) as usize], kind % 2 == 1);
+    let make = make(depths, u)?;
+    let (mut play, undisturbed) = Play::begin(trouble, make, depths, u)?;
     if undisturbed {
         play.starts();
         assert!(play.supervisor.phase().is_steered(), "it does not start: {:?}", play.supervisor.phase());
@@ -67,7 +78,7 @@ fn session(u: &mut Unstructured<'_>) -> Result<()> {
 }
 
 /// A kind of controller: one of the dialects', or one that a file could describe.
-fn make(u: &mut Unstructured<'_>) -> Result<Make> {
+fn make(depths: bool, u: &mut Unstructured<'_>) -> Result<Make> {
     let grbl = Abilities {
         interpolation: Interpolation::Linear,
         contours: Interpolation::Linear,
@@ -75,6 +86,7 @@ fn make(u: &mut Unstructured<'_>) -> Result<Make> {
         queues: true,
         on_cancel: OnCancel::KeepsPath,
         checked: bool::arbitrary(u)?,
+        spindle: depths,
     };
     let single = Abilities { arcs: false, queues: false, ..grbl };
     let abilities = match u.int_in_range(0..=7_u8)? {
@@ -107,25 +119,31 @@ struct Play {
     machine: Machine,
     trouble: Trouble,
     now: Time,
-    walls: Vec<(Xy, Xy)>,
+    work: PreparedPlan,
+    /// `None` in a session with two axes.
+    heights: Option<Heights>,
     /// The tool was, or was reported, inside the jogging clearance. It may be there because a contour led
     /// to it.
     near: bool,
     input: OperatorInput,
     /// The motions of the tool on contours.
-    cut: Vec<[Xy; 2]>,
-    /// The last resume point.
-    resume_point: Option<Point>,
+    cut: Vec<[Tip; 2]>,
+    /// The last resume point, and its loop.
+    resume_point: Option<(LoopNumber, Point)>,
     /// The cable is pulled, so no message arrives in either direction.
     pulled: bool,
 }
 
 impl Play {
     /// A session, and whether it has no fault before the operator can jog.
-    fn begin(trouble: Trouble, make: Make, u: &mut Unstructured<'_>) -> Result<(Self, bool)> {
+    fn begin(trouble: Trouble, make: Make, depths: bool, u: &mut Unstructured<'_>) -> Result<(Self, bool)> {
         const STARTS_MM: [(i64, i64); 5] = [(-10, -10), (10, 40), (10, 30), (40, 5), (-4, 8)];
-        let work = job::work();
-        let walls = watch::ends_of_edges(&work.plan.part);
+        let work = if depths { job::deep_work() } else { job::work() };
+        let heights =
+            work.plan.plan.relief.as_ref().map(|relief| Heights {
+                floor: relief.floor.units().into(),
+                safe: relief.safe.units().into(),
+            });
         let place =
             place_on_table(&work.plan, &work.plan.plan.machine, None).expect("the plate lies on the table");
         let between = work.plan.roughing.units().midpoint(work.plan.finishing.units());
@@ -140,6 +158,12 @@ impl Play {
                 (x * 100_000, y * 100_000)
             }
         };
+        // Above the plate, or as deep as the middle of a pass.
+        let height = match heights {
+            Some(heights) if start % 7 < 5 && bool::arbitrary(u)? => heights.safe,
+            Some(_) => -100_000,
+            None => 0,
+        };
         let options = Options {
             feed_mm_min: 900,
             home: start / 7 % 2 == 1,
@@ -150,11 +174,12 @@ impl Play {
             progress: Progress::default(),
         };
         let play = Self {
-            supervisor: Supervisor::new(work, options, make.abilities),
-            machine: Machine::new(make, tool),
+            supervisor: Supervisor::new(work.clone(), options, make.abilities),
+            machine: Machine::new(make, Tip { at: tool, height }),
             trouble,
             now: Time::ZERO,
-            walls,
+            work,
+            heights,
             near: false,
             input: OperatorInput::default(),
             cut: Vec::new(),
@@ -197,7 +222,7 @@ impl Play {
             2 | 3 => self.moves(f64::from(u8::arbitrary(u)?) / 128.0),
             4 | 5 => self.receives_answer(),
             6 | 7 => {
-                let (input, command) = input(u)?;
+                let (input, command) = events::input(self.heights.is_some(), u)?;
                 self.input = input;
                 if let Some(command) = command {
                     self.step(Event::Command(command));
@@ -208,9 +233,9 @@ impl Play {
             9 => self.suffers(u)?,
             10 => {
                 if let Some(wanted) = self.supervisor.wanted_job() {
-                    let mut worked_out = wanted.work_out(&job::work().plan);
+                    let mut worked_out = wanted.work_out(&self.work.plan);
                     if self.trouble == Trouble::FalseReplies {
-                        forge(&mut worked_out, u)?;
+                        events::forge(&mut worked_out, u)?;
                     }
                     self.step(Event::Job(Box::new(worked_out)));
                 }
@@ -261,8 +286,9 @@ impl Play {
             let cuts = self.machine.is_contouring();
             let Some(used) = self.machine.moves(left) else { break };
             left -= used;
-            let near = self.is_near([from, self.machine.tool, self.machine.tool], kept);
             let to = self.machine.tool;
+            let standing = self.standing(from.height.min(to.height));
+            let near = comes_near_to(&standing, [from.at, to.at, to.at], kept);
             self.cut.extend(cuts.then_some([from, to]));
             assert!(
                 !near || self.trouble == Trouble::FalseReplies,
@@ -302,99 +328,10 @@ impl Play {
                 }
             }
             Trouble::FalseReplies => {
-                let event = false_event(u)?;
+                let event = events::false_event(self.heights.is_some(), u)?;
                 self.step(event);
             }
         }
         Ok(())
     }
-}
-
-fn input(u: &mut Unstructured<'_>) -> Result<(OperatorInput, Option<OperatorCommand>)> {
-    // No stick or wheel gives the values at the ends of the range.
-    let share = |u: &mut Unstructured<'_>| {
-        Ok(match i8::arbitrary(u)? {
-            i8::MIN => f64::NAN,
-            -127 => f64::NEG_INFINITY,
-            126 => 1e308,
-            i8::MAX => f64::INFINITY,
-            usual => f64::from(usual) / 100.0,
-        })
-    };
-    let velocity = Mm2::new(share(u)?, share(u)?);
-    let turned_mm = if u.int_in_range(0..=7_u8)? == 0 { Mm2::new(share(u)?, share(u)?) } else { Mm2::ZERO };
-    let command = match u.int_in_range(0..=31_u8)? {
-        0 => Some(OperatorCommand::FeedHold),
-        1 | 2 => Some(OperatorCommand::CycleStart),
-        3 => Some(OperatorCommand::Recover),
-        4 => Some(OperatorCommand::Stop),
-        _ => None,
-    };
-    let input = OperatorInput { velocity, turned_mm, ..OperatorInput::default() };
-    Ok((OperatorInput { armed: u.int_in_range(0..=2_u8)? == 0, ..input }, command))
-}
-
-/// Changes a contour job: an error, a motion to another place, a motion left out, or no change.
-fn forge(job: &mut std::result::Result<ContourJob, JobError>, u: &mut Unstructured<'_>) -> Result<()> {
-    let what = u.int_in_range(0..=7_u8)?;
-    let Ok(legs) = job.as_mut().map(|job| &mut job.legs) else { return Ok(()) };
-    let which = if legs.is_empty() { 0 } else { u.choose_index(legs.len())? };
-    let Some(curves) = legs.get_mut(which).map(|leg| &mut leg.curves).filter(|curves| !curves.is_empty())
-    else {
-        return Ok(());
-    };
-    let at = u.choose_index(curves.len())?;
-    match what {
-        0 => *job = Err(JobError::Failed),
-        1 => drop(curves.remove(at)),
-        2 => curves.swap(0, at),
-        3 | 4 => {
-            let from = curves[at].from();
-            let (dx, dy) = (i32::from(i16::arbitrary(u)?) << 6, i32::from(i16::arbitrary(u)?) << 6);
-            let Ok(to) = from.translated(Vector { dx, dy }) else { return Ok(()) };
-            curves[at] = Curve::Line(Segment { from, to });
-            // The following motions go on from there, or are left out.
-            if what == 3 {
-                curves.truncate(at + 1);
-            }
-        }
-        _ => {}
-    }
-    Ok(())
-}
-
-/// Any event that a controller's reply or the port can cause.
-fn false_event(u: &mut Unstructured<'_>) -> Result<Event> {
-    const MODES: [Mode; 7] =
-        [Mode::Idle, Mode::Moving, Mode::Slowing, Mode::Held, Mode::Homing, Mode::Alarm, Mode::Other];
-    let reply = match u.int_in_range(0..=39_u8)? {
-        36 => Reply::NotHomed,
-        37 => Reply::Displaced,
-        38 => Reply::Unfit(Unfit { name: "$32", value: 1.0, needed: "0" }),
-        39 => Reply::Message(text("a message")),
-        0..=8 | 20..=28 => {
-            let place = (i64::from(i32::arbitrary(u)? >> 6), i64::from(i32::arbitrary(u)? >> 6));
-            Reply::Report(Report {
-                mode: *u.choose(&MODES)?,
-                position: if u.int_in_range(0..=7_u8)? == 0 {
-                    None
-                } else {
-                    Point::from_units(place.0, place.1).ok().map(Point::in_plane)
-                },
-                queued: Option::<u8>::arbitrary(u)?.map(usize::from),
-                waiting: Option::<bool>::arbitrary(u)?,
-            })
-        }
-        9 | 10 | 29 | 30 => Reply::Accepted,
-        11 | 31 => Reply::Refused { code: 8, meaning: "", transient: bool::arbitrary(u)? },
-        12 | 32 => Reply::Restarted,
-        13 | 33 => Reply::Alarm { code: 1, meaning: "" },
-        14 | 34 => Reply::Homed,
-        15 | 35 => Reply::Armed,
-        16 => Reply::Prepared(Limits::of(f64::from(u8::arbitrary(u)?), f64::from(u8::arbitrary(u)?))),
-        17 => Reply::Garbled(text("?")),
-        18 => return Ok(Event::PortLost(text("pulled"))),
-        _ => return Ok(Event::PortFound),
-    };
-    Ok(Event::Reply(reply))
 }

@@ -195,6 +195,7 @@ fn is_recorded(operator: impl Operator, looks: &[u8]) {
         part_box: Box2 { low: Mm2::ZERO, high: Mm2::new(100.0, 60.0) },
         end_mm: None,
         unacknowledged: 0,
+        spindle_runs: false,
         phase: Phase::Manual,
         contoured: false,
     };

@@ -40,6 +40,10 @@ pub struct MachineProfile {
     /// Source of that figure. `keepout drives budget` writes it.
     #[serde(default)]
     pub contour_error_source: Option<String>,
+    /// Speed at which the controller starts the spindle at the operator's command, rpm. Without it nobody but the
+    /// operator switches the spindle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spindle_rpm: Option<u32>,
     /// The third axis. Without it the machine has two axes: nobody moves the tool up or down.
     #[serde(default)]
     pub z: Option<ZProfile>,
@@ -188,6 +192,7 @@ impl MachineProfile {
             repeatability_mm: 0.004,
             contour_error_mm: 0.011_3,
             contour_error_source: Some(SIMULATED_CONTOUR.into()),
+            spindle_rpm: None,
             z: None,
             controller: None,
         }
@@ -268,7 +273,8 @@ impl MachineProfile {
             ("contour_error_mm", self.contour_error_mm, 0.0..=10.0),
         ];
         let of_z = self.z.iter().flat_map(ZProfile::figures);
-        for (field, value, range) in sizes.into_iter().chain(of_z) {
+        let of_spindle = self.spindle_rpm.map(|rpm| ("spindle_rpm", f64::from(rpm), 1.0..=500_000.0));
+        for (field, value, range) in sizes.into_iter().chain(of_z).chain(of_spindle) {
             if !range.contains(&value) {
                 return Err(MachineError::Figure { field, value, range });
             }

@@ -225,6 +225,7 @@ impl ConfirmPage<'_> {
             row("alignment", aligned),
             row("log", log.map_or("none".into(), |log| log.display().to_string())),
         ];
+        lines.extend(self.spindle().map(|spindle| row("spindle", spindle)));
         if let (Some(relief), Some(z)) = (&made.relief, place.z) {
             let on_machine = |height: Height| unit.length(mm(height.units()) + mm(z.zero.units()));
             lines.push(row(
@@ -259,6 +260,18 @@ impl ConfirmPage<'_> {
         };
         lines.push(format!("Keepout does not know {unknown}."));
         lines
+    }
+
+    /// Who switches the spindle. `None` where the machine profile does not name its speed.
+    fn spindle(&self) -> Option<String> {
+        let rpm = self.plan.plan.machine.spindle_rpm?;
+        Some(if dialect_name(self.arguments).is_ok_and(|dialect| dialect.switches_spindle()) {
+            format!(
+                "the controller starts it at {rpm} rpm when you ask twice. After a fault it keeps running"
+            )
+        } else {
+            "switched by you: this dialect has no words for it".into()
+        })
     }
 
     /// Shows the page, and waits for the person's consent.

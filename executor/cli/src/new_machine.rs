@@ -155,6 +155,7 @@ fn profile_of(
         repeatability_mm,
         contour_error_mm,
         z: None,
+        spindle_rpm: None,
         contour_error_source: Some("stated by hand with keepout machine new".into()),
         controller: Some(ControllerProfile {
             firmware: text_file::shown(

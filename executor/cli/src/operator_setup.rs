@@ -23,12 +23,13 @@ pub const WATCHING_KEYS: &str = "SPACE STOP · p pause · r resume · f recover 
 /// Line that explains the keys after a fault.
 pub const FAULT_KEYS: &str = "f recover · q quit · ? help";
 /// The keys, line by line, for `?`.
-pub const HELP: [&str; 15] = [
+pub const HELP: [&str; 16] = [
     "SPACE          stop the jog, or pause the contour. Any key ends the stop.",
     "arrows         jog; HOME, PAGE UP, END and PAGE DOWN jog diagonally",
     "+ -            up, down, in a plan with depths",
     "u              raise the tool to the safe height, from anywhere",
-    "c, N, enter    cross to contour N: up, across, down to just above the stock; m: the spindle runs, or stands",
+    "c, N, enter    cross to contour N: up, across, down to just above the stock",
+    "m              the spindle runs, or stands; twice where the controller switches it",
     "1 2 3 4        speed 5, 20, 50 or 100 %; in step mode the size of a step",
     "s              step mode on or off: each press moves one step",
     "a              arm the cycle: touching the wall starts the contour, at once if the tool touches it now",

@@ -70,6 +70,7 @@ fn setup(home: bool) -> SessionSetup {
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
         z: None,
+        spindle_rpm: None,
     };
     SessionSetup { work: PreparedPlan::new(plan), options, dialect: DialectName::Grbl, config }
 }

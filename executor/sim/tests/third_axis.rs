@@ -29,13 +29,17 @@ fn machine() -> MachineProfile {
 
 /// A cover of 6 mm: two holes go through, the pocket is 3 mm deep, and a pass takes 2 mm at most.
 fn work(entry: EntryMove) -> PreparedPlan {
+    work_on(&machine(), entry)
+}
+
+fn work_on(machine: &MachineProfile, entry: EntryMove) -> PreparedPlan {
     let bytes = include_bytes!("../../cli/drawings/cover.dxf");
     let pocket = FaceDepth { of: FaceChoice::Layer("POCKET".into()), depth_mm: Some(3.0) };
     let depth =
         DepthParameters { faces: vec![pocket], step_down_mm: Some(2.0), entry, ..DepthParameters::of(6.0) };
     let job = PlanParameters { depth: Some(depth), ..PlanParameters::default() };
     let request = PlanRequest { job, ..PlanRequest::default() };
-    PreparedPlan::new(request.plan("cover", bytes, &machine(), &mut |_| {}).unwrap())
+    PreparedPlan::new(request.plan("cover", bytes, machine, &mut |_| {}).unwrap())
 }
 
 fn run(dialect: DialectName, seed: u64) -> SimRun {
@@ -82,6 +86,28 @@ fn whole_part_is_cut_from_solid_stock_by_a_plunging_operator() {
         assert_eq!(facts.deepest_mm, Some(0.0), "{dialect}: {facts:?}");
         assert_eq!(facts.outcome.to_string(), "complete: 4 of 4 contours cut", "{dialect}: {facts:?}");
         check_stock(&[result.samples]);
+    }
+}
+
+/// The controller starts the spindle before the tool goes into the stock, and no answer to a switch counts for a
+/// motion: the part is complete.
+#[test]
+fn spindle_is_switched_by_the_controller() {
+    for dialect in [DialectName::Grbl, DialectName::GrblHal] {
+        let machine = MachineProfile { spindle_rpm: Some(10_000), ..machine() };
+        let work = work_on(&machine, EntryMove::default());
+        let run = SimRun { machine, ..run(dialect, 5) };
+        let mut contours = 0;
+        let mut watch = |supervisor: &Supervisor, _: &CollisionMonitor, _: Time| {
+            let low = supervisor.height_mm().is_some_and(|height| height < 0.0);
+            assert!(!low || supervisor.spindle_runs() == Some(true), "{:?}", supervisor.height_mm());
+            contours += u32::from(supervisor.phase() == Phase::Contouring);
+            Going::On
+        };
+        let operator = operator::named("wall", 10.0, 5).unwrap();
+        let facts = run_simulated(work, &run, operator, Box::new(NoEventLog), &mut watch).unwrap().facts;
+        assert_eq!(facts.outcome.to_string(), "complete: 4 of 4 contours cut", "{facts:?}");
+        assert!(facts.deepest_mm == Some(0.0) && contours > 0, "{facts:?}");
     }
 }
 

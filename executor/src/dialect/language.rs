@@ -114,6 +114,12 @@ impl DialectName {
         }
     }
 
+    /// Whether the dialect has words that switch the spindle.
+    #[must_use]
+    pub fn switches_spindle(&self) -> bool {
+        matches!(self, Self::Grbl | Self::GrblHal)
+    }
+
     /// Whether each motion states a height, so that no session has two axes.
     #[must_use]
     pub fn needs_third_axis(&self) -> bool {

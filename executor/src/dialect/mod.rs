@@ -67,6 +67,8 @@ pub struct DialectConfig {
     pub travel_mm: Option<[f64; 2]>,
     /// The third axis. `None` on a machine with two axes.
     pub z: Option<DialectZ>,
+    /// Speed at which the controller starts the spindle, rpm. `None` where it does not switch the spindle.
+    pub spindle_rpm: Option<u32>,
 }
 
 /// The session's parameters for a dialect's third axis.
@@ -84,8 +86,8 @@ impl DialectConfig {
     /// The parameters from the plan's machine profile and the drawing's offset.
     #[must_use]
     pub fn of(machine: &MachineProfile, offset: Vector) -> Self {
-        let MachineProfile { steps_per_mm, arc_tolerance_mm, travel_mm, .. } = *machine;
-        Self { offset, steps_per_mm, arc_tolerance_mm, travel_mm: Some(travel_mm), z: None }
+        let MachineProfile { steps_per_mm, arc_tolerance_mm, travel_mm, spindle_rpm, .. } = *machine;
+        Self { offset, steps_per_mm, arc_tolerance_mm, travel_mm: Some(travel_mm), z: None, spindle_rpm }
     }
 
     /// A place of the drawing in machine coordinates. Without a third axis its height is zero.

@@ -296,6 +296,7 @@ impl Dialect for Venus {
             queues: false,
             on_cancel: OnCancel::KeepsPath,
             checked: false,
+            spindle: false,
         }
     }
 
@@ -310,6 +311,7 @@ impl Dialect for Venus {
             Command::Cancel(_) | Command::EndHoming => out.extend(b"abort "),
             // Unreachable: this dialect offers no hold. Contours run to their certified end.
             Command::Abort => {}
+            Command::Spindle { .. } => return Err(EncodeError::NoSpindle),
             Command::Prepare => {
                 self.exchanges.clear();
                 self.in_mm = false;

@@ -98,8 +98,9 @@ impl Zaber {
     #[must_use]
     pub fn new(setting: DialectConfig) -> Self {
         Self {
-            scale: Scale::per_mm(setting.steps_per_mm).unwrap_or(FALLBACK),
-            scale_z: setting.z.and_then(|z| Scale::per_mm(z.steps_per_mm)).unwrap_or(FALLBACK),
+            // The start rejects a profile without usable steps per mm before anything moves.
+            scale: Scale::per_mm(setting.steps_per_mm).unwrap_or(Scale::ONE),
+            scale_z: setting.z.and_then(|z| Scale::per_mm(z.steps_per_mm)).unwrap_or(Scale::ONE),
             setting,
             exchanges: Exchanges::default(),
             number: 0,
@@ -362,6 +363,7 @@ impl Dialect for Zaber {
             queues: false,
             on_cancel: OnCancel::NotOffered,
             checked: true,
+            spindle: false,
         }
     }
 
@@ -370,6 +372,7 @@ impl Dialect for Zaber {
             Command::Query => self.query(out),
             // Unreachable: this dialect offers no stop. Motions run to their certified end.
             Command::Cancel(_) | Command::EndHoming | Command::Abort => {}
+            Command::Spindle { .. } => return Err(EncodeError::NoSpindle),
             Command::Prepare => {
                 self.exchanges.clear();
                 self.ask(What::Checksum, format_args!("set comm.checksum 1"), out);
@@ -395,6 +398,3 @@ impl Dialect for Zaber {
         self.zero = None;
     }
 }
-
-/// The scale for a machine profile without usable steps per mm. The start rejects it before anything moves.
-const FALLBACK: Scale = Scale::ONE;

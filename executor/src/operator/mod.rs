@@ -23,6 +23,8 @@ pub struct OperatorView {
     pub end_mm: Option<Mm2>,
     /// Motions that the controller has not yet acknowledged.
     pub unacknowledged: u64,
+    /// Whether the spindle runs, as the operator stated or the controller confirmed.
+    pub spindle_runs: bool,
     /// The supervisor's phase.
     pub phase: Phase,
     /// Whether this session finished a contour.

@@ -308,6 +308,7 @@ impl<'a, P: Port> Session<'a, P> {
             part_box: self.part_box,
             end_mm: supervisor.guard().end().map(|end| point_mm(end.point())),
             unacknowledged: supervisor.guard().unacknowledged(),
+            spindle_runs: supervisor.spindle_runs() == Some(true),
             phase: supervisor.phase(),
             contoured: supervisor.finished().len() > supervisor.finished_before(),
         }

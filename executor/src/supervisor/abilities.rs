@@ -17,6 +17,8 @@ pub struct Abilities {
     pub on_cancel: OnCancel,
     /// Whether a checksum protects the line in both directions.
     pub checked: bool,
+    /// Whether the session switches the spindle: the dialect can, and the machine profile says so.
+    pub spindle: bool,
 }
 
 impl Abilities {

@@ -90,7 +90,7 @@ impl Supervisor {
             return false;
         }
         let waits = (up < 0.0 || turned_up_mm < 0.0) && self.waits_for_spindle();
-        let lowest = if self.operation.spindle.is_none() { near_stock() } else { Height::LOWEST };
+        let lowest = if self.operation.spindle.runs.is_none() { near_stock() } else { Height::LOWEST };
         let (state, mut context) = self.jogging(lowest, now, commands);
         let Some(planner) = state.steering() else { return false };
         if !planner.rests_in_plane(&mut context) {
@@ -115,7 +115,7 @@ impl Supervisor {
     /// Whether the operator has stated what the spindle does, or the session has two axes and the tool is lowered by
     /// hand.
     pub(super) fn spindle_is_stated(&mut self) -> bool {
-        let stated = self.operation.spindle.is_some() || !self.climbs();
+        let stated = self.operation.spindle.runs.is_some() || !self.climbs();
         if !stated {
             self.note(Notice::SpindleBeforeContour);
         }
@@ -125,7 +125,7 @@ impl Supervisor {
     /// Whether the tool is at the top of the stock, and the operator has not stated what the spindle does.
     fn waits_for_spindle(&mut self) -> bool {
         let at_top = self.guard.end().is_some_and(|end| end.height() <= near_stock());
-        let waits = at_top && self.operation.spindle.is_none();
+        let waits = at_top && self.operation.spindle.runs.is_none();
         if waits {
             self.note(Notice::SpindleAboveStock);
         }

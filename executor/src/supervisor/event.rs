@@ -110,6 +110,8 @@ pub enum Reply {
     Homed,
     /// The modes that motions rely on are set.
     Armed,
+    /// The spindle was switched.
+    SpindleSwitched,
     /// The controller was reset or switched on.
     Restarted,
     /// The controller does not know the position of its axes.
@@ -125,6 +127,9 @@ pub enum Reply {
 /// Reason why a command cannot be written in the controller's language. No part of the command is then sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum EncodeError {
+    /// The language has no words for the spindle.
+    #[error("this controller does not switch the spindle: take spindle_rpm out of the machine profile")]
+    NoSpindle,
     /// The language has no arcs.
     #[error("this controller has no arcs, but the contour has one: the plan and the dialect do not fit")]
     NoArcs,
@@ -185,6 +190,11 @@ pub enum Command {
     Home,
     /// Set the modes that motions rely on.
     Arm,
+    /// Switch the spindle. It is sent only while the machine rests.
+    Spindle {
+        /// Whether it is to run.
+        runs: bool,
+    },
     /// A certified motion.
     Move(Certified),
 }

@@ -17,6 +17,7 @@ mod notice;
 mod options;
 mod polling;
 mod prepared_plan;
+mod spindle;
 mod start;
 mod state;
 mod stopping;
@@ -46,6 +47,7 @@ pub use options::Options;
 use polling::Polling;
 pub use prepared_plan::PreparedPlan;
 use prepared_plan::rules;
+use spindle::Spindle;
 pub use state::Phase;
 use state::{State, Touch};
 
@@ -108,8 +110,7 @@ struct Operation {
     rejected: u8,
     /// What the tool does by itself along the third axis.
     errand: Option<Errand>,
-    /// Whether the operator stated that the spindle runs, or that it stands.
-    spindle: Option<bool>,
+    spindle: Spindle,
 }
 
 /// The progress of the contours, and the rest of an interrupted contour.
@@ -170,7 +171,7 @@ impl Supervisor {
                 self.commanded(command, now, commands);
                 Ok(())
             }
-            Event::Tick => self.check_silence(now),
+            Event::Tick => self.check_silence(now).and_then(|()| self.check_spindle(now)),
             Event::Job(job) => {
                 self.take_job(*job);
                 Ok(())
@@ -186,6 +187,7 @@ impl Supervisor {
         if let Err(fault) = outcome {
             self.stop(fault, first, commands);
         }
+        self.leave_spindle(commands);
     }
 
     fn take_input(&mut self, input: OperatorInput, now: Time) {
@@ -208,7 +210,7 @@ impl Supervisor {
             (OperatorCommand::CycleStart, Phase::Holding) => self.go_on(),
             (OperatorCommand::CycleStart, phase) if phase.is_steered() => self.resume(),
             (OperatorCommand::Recover, Phase::Faulted) => self.recover(now),
-            (OperatorCommand::Spindle { runs }, _) => self.operation.spindle = Some(runs),
+            (OperatorCommand::Spindle { runs }, _) => self.take_spindle(runs, now),
             (OperatorCommand::Raise, phase) if phase.is_steered() => self.begin_raise(),
             (OperatorCommand::Cross { contour }, phase) if phase.is_steered() => self.begin_crossing(contour),
             _ => {}
@@ -233,7 +235,9 @@ impl Supervisor {
             self.query(now, commands);
         }
         let motions = self.guard.sent();
+        let switches = self.phase().is_steered() && self.switches_spindle(now, commands);
         match &mut self.state {
+            _ if switches => {}
             State::Manual(_) | State::Sliding(_) | State::Escaping(_) => {
                 let stale = self.operation.input.is_stale(now);
                 if jogs || stale && !self.operation.stopped_for_stale {

@@ -36,6 +36,15 @@ pub enum Notice {
     SpindleBeforeContour,
     /// A lowering waits for the statement about the spindle.
     SpindleAboveStock,
+    /// The spindle starts after a second command.
+    SpindleAsksAgain,
+    /// The spindle is switched while the operator steers, and not now.
+    SpindleBusy,
+    /// The controller switched the spindle.
+    Spindle {
+        /// Whether it runs.
+        runs: bool,
+    },
     /// The operator jogged the tool away from the interrupted contour, to this place, mm.
     LedAway(Mm2),
     /// No contour begins, for this reason.
@@ -81,6 +90,15 @@ impl fmt::Display for Notice {
             Self::SpindleAboveStock => f.write_str(
                 "the tool is just above the stock: state whether the spindle runs before it goes lower",
             ),
+            Self::SpindleAsksAgain => {
+                f.write_str("give the command again within 3 s, and the spindle starts: keep your hands off it")
+            }
+            Self::SpindleBusy => f.write_str(
+                "the spindle is switched while you steer the tool: end the contour first, or use the spindle's own \
+                 switch",
+            ),
+            Self::Spindle { runs: true } => f.write_str("the controller started the spindle"),
+            Self::Spindle { runs: false } => f.write_str("the controller stopped the spindle"),
             Self::LedAway(Mm2 { x, y }) => write!(
                 f,
                 "at {x:.3},{y:.3} mm the contour does not go on, because you jogged the tool there: \

@@ -73,6 +73,7 @@ impl Supervisor {
             _ => self.cancel(),
         });
         self.interrupt();
+        self.forget_spindle();
         self.guard.forget();
         self.polling.drop_queries();
         self.state = State::Faulted { fault, warned: false };

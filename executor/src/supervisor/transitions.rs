@@ -26,13 +26,14 @@ pub(super) const ABILITIES: Abilities = Abilities {
     queues: true,
     on_cancel: OnCancel::KeepsPath,
     checked: true,
+    spindle: false,
 };
 /// Points outside and inside the jogging clearance of the bracket, mm.
 const CLEAR: Mm2 = Mm2::new(-30.0, -30.0);
 const NEAR: Mm2 = Mm2::new(-3.1, 20.0);
-const NOW: Time = Time::from_micros(10_000_000);
+pub(super) const NOW: Time = Time::from_micros(10_000_000);
 
-fn work() -> PreparedPlan {
+pub(super) fn work() -> PreparedPlan {
     work_on(&MachineProfile::simulated())
 }
 
@@ -54,10 +55,10 @@ fn run() -> Run {
     Run::new(ContourJob::default(), Vec::new(), Progress::default())
 }
 
-type Made = (&'static str, fn() -> State);
+pub(super) type Made = (&'static str, fn() -> State);
 
 /// Every state. The tool is outside the jogging clearance, except in Escaping.
-const STATES: [Made; 15] = [
+pub(super) const STATES: [Made; 15] = [
     ("Connecting", || State::Connecting { garbled: None }),
     ("Preparing", || State::Preparing),
     ("Homing", || State::Homing),
@@ -119,7 +120,7 @@ const EVENTS: [Happens; 30] = [
     ("not sent", || Event::NotSent(EncodeError::NoArcs)),
 ];
 
-fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {
+pub(super) fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Supervisor {
     let travel = Window::of(at(Mm2::new(-200.0, -200.0))).including(at(Mm2::new(200.0, 200.0)));
     let options = Options {
         feed_mm_min: 900,

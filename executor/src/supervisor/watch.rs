@@ -61,6 +61,10 @@ impl Supervisor {
                 self.note(Notice::Controller(text));
                 Ok(())
             }
+            Reply::SpindleSwitched => {
+                self.spindle_switched();
+                Ok(())
+            }
             Reply::Prepared(..) | Reply::Homed | Reply::Armed => {
                 self.start_step_at = now;
                 self.start_on(&reply, commands);

@@ -13,8 +13,16 @@ use says::{Heard, Says};
 pub use trip::round_trip;
 
 /// Commands that move nothing.
-pub const COMMANDS: [Command; 6] =
-    [Command::Query, Command::Prepare, Command::Home, Command::Arm, Command::EndHoming, Command::Abort];
+pub const COMMANDS: [Command; 8] = [
+    Command::Query,
+    Command::Prepare,
+    Command::Home,
+    Command::Arm,
+    Command::EndHoming,
+    Command::Abort,
+    Command::Spindle { runs: true },
+    Command::Spindle { runs: false },
+];
 
 /// Bytes from this one on stand for commands, the others for the controller's output.
 const FIRST_COMMAND: u8 = 0xf0;
@@ -45,6 +53,7 @@ pub fn dialect_config() -> DialectConfig {
         arc_tolerance_mm: 0.0005,
         travel_mm: Some(TRAVEL_MM),
         z: None,
+        spindle_rpm: Some(10_000),
     }
 }
 

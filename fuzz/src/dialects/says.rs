@@ -85,7 +85,9 @@ impl Says for GrblCheck {
         let text = String::from_utf8_lossy(&heard.line);
         let text = text.as_ref();
         match reply {
-            Reply::Accepted | Reply::Armed | Reply::Homed => assert_eq!(text, "ok", "{reply:?}"),
+            Reply::Accepted | Reply::Armed | Reply::Homed | Reply::SpindleSwitched => {
+                assert_eq!(text, "ok", "{reply:?}")
+            }
             Reply::Refused { .. } => assert!(text.starts_with("error:"), "{reply:?} from {text:?}"),
             Reply::Alarm { .. } => assert!(text.starts_with("ALARM:"), "{reply:?} from {text:?}"),
             Reply::Report(report) => self.reported(report, text),

@@ -6,7 +6,7 @@ use crate::oracle::xy;
 use keepout_executor::supervisor::{Abilities, Command, Limits, Mode, Reply, Report};
 use keepout_guard::{Interpolation, Motion, OnCancel};
 use keepout_kernel::curve::nearest_point;
-use keepout_kernel::{Curve, Point, Vec2};
+use keepout_kernel::{Curve, Height, Place, Point, Vec2};
 use keepout_proofs::properties::Xy;
 use keepout_proofs::square::plain;
 
@@ -26,17 +26,32 @@ pub struct Make {
     pub abilities: Abilities,
     /// A jog replaces the current motion. Otherwise it follows it.
     pub replaces: bool,
-    /// Non-interpolated axes move y first.
+    /// Non-interpolated axes move y first, and the third axis with it. Otherwise they move it with y, last.
     pub y_first: bool,
+}
+
+/// The tool's tip, lattice units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tip {
+    /// In the plane.
+    pub at: Xy,
+    /// Its height.
+    pub height: i64,
+}
+
+impl Tip {
+    fn of(place: Place) -> Self {
+        Self { at: plain(place.point), height: place.height.units().into() }
+    }
 }
 
 /// Lines in transit, received and planned, and the tool.
 pub struct Machine {
     make: Make,
-    /// Position of the tool.
-    pub tool: Xy,
-    /// Position of the tool at the beginning of its motion, and the completed share of the motion.
-    begun: (Xy, f64),
+    /// The tool.
+    pub tool: Tip,
+    /// The tool at the beginning of its motion, and the completed share of the motion.
+    begun: (Tip, f64),
     /// Lines in transit to the controller.
     pub wire: VecDeque<Command>,
     received: VecDeque<Motion>,
@@ -47,7 +62,7 @@ pub struct Machine {
 
 impl Machine {
     /// A machine at rest.
-    pub fn new(make: Make, tool: Xy) -> Self {
+    pub fn new(make: Make, tool: Tip) -> Self {
         Self {
             make,
             tool,
@@ -108,6 +123,7 @@ impl Machine {
             Command::EndHoming => {}
             Command::Home => self.answers.push_back(Reply::Homed),
             Command::Arm => self.answers.push_back(Reply::Armed),
+            Command::Spindle { .. } => self.answers.push_back(Reply::SpindleSwitched),
             Command::Move(certified) if self.received.len() < BUFFER => {
                 self.received.push_back(*certified.motion());
             }
@@ -133,10 +149,7 @@ impl Machine {
     /// radius, and rejects such an arc.
     fn begins_elsewhere(&self, motion: &Motion) -> bool {
         let Motion::Contour { curve: Curve::Arc(arc), .. } = motion else { return false };
-        let end = self.planner.back().map_or(self.tool, |last| match last {
-            Motion::Jog { to, .. } => plain(to.point),
-            Motion::Contour { curve, .. } => plain(curve.to()),
-        });
+        let end = self.planner.back().map_or(self.tool, target).at;
         let from = plain(arc.from());
         (from.0 - end.0).abs().max((from.1 - end.1).abs()) > 4 * DIGIT
     }
@@ -146,7 +159,7 @@ impl Machine {
         let mode = if self.planner.is_empty() { Mode::Idle } else { Mode::Moving };
         Report {
             mode,
-            position: Point::from_units(digit(self.tool.0), digit(self.tool.1)).ok().map(Point::in_plane),
+            position: reported(digit(self.tool.at.0), digit(self.tool.at.1), digit(self.tool.height)),
             queued: self.make.abilities.queues.then_some(self.planner.len()),
             waiting: self.make.abilities.queues.then_some(!self.received.is_empty()),
         }
@@ -161,14 +174,17 @@ impl Machine {
         let most = if matches!(motion, Motion::Contour { curve: Curve::Arc(_), .. }) { 0.005 } else { most };
         let used = share.min(1.0 - done).min(most).max(0.0);
         let at = done + used;
-        self.tool = match motion {
-            Motion::Contour { curve: Curve::Arc(arc), .. } if at < 1.0 => {
-                let (centre, (angle, r)) = (xy(arc.centre()), oracle::polar(&arc, at));
-                nearest((centre.0 + r * angle.cos(), centre.1 + r * angle.sin()))
-            }
-            Motion::Jog { to, .. } => self.between(from, to.point, at, self.make.abilities.interpolation),
-            Motion::Contour { curve, .. } => self.between(from, curve.to(), at, self.make.abilities.contours),
+        let driven = match motion {
+            Motion::Jog { .. } => self.make.abilities.interpolation,
+            Motion::Contour { .. } => self.make.abilities.contours,
         };
+        self.tool = self.between(from, target(&motion), at, driven);
+        if let Motion::Contour { curve: Curve::Arc(arc), .. } = motion
+            && at < 1.0
+        {
+            let (centre, (angle, r)) = (xy(arc.centre()), oracle::polar(&arc, at));
+            self.tool.at = nearest((centre.0 + r * angle.cos(), centre.1 + r * angle.sin()));
+        }
         self.begun.1 = at;
         if at >= 1.0 {
             self.planner.pop_front();
@@ -185,16 +201,34 @@ impl Machine {
     }
 
     #[expect(clippy::cast_precision_loss, reason = "coordinates have 30 bits")]
-    fn between(&self, from: Xy, to: Point, share: f64, interpolation: Interpolation) -> Xy {
-        let (a, b) = ((from.0 as f64, from.1 as f64), xy(to));
+    #[expect(clippy::cast_possible_truncation, reason = "between two heights")]
+    fn between(&self, from: Tip, to: Tip, share: f64, interpolation: Interpolation) -> Tip {
+        let real = |(x, y): Xy| (x as f64, y as f64);
+        let (a, b) = (real(from.at), real(to.at));
         let (first, second) = ((2.0 * share).min(1.0), (2.0 * share - 1.0).max(0.0));
         let (x, y) = match (interpolation, self.make.y_first) {
             (Interpolation::Linear, _) => (share, share),
             (Interpolation::Independent, false) => (first, second),
             (Interpolation::Independent, true) => (second, first),
         };
-        nearest((a.0 + (b.0 - a.0) * x, a.1 + (b.1 - a.1) * y))
+        let climb = (to.height - from.height) as f64 * y;
+        Tip {
+            at: nearest((a.0 + (b.0 - a.0) * x, a.1 + (b.1 - a.1) * y)),
+            height: from.height + climb.round() as i64,
+        }
     }
+}
+
+/// The end of a motion.
+fn target(motion: &Motion) -> Tip {
+    Tip::of(match motion {
+        Motion::Jog { to, .. } => *to,
+        Motion::Contour { curve, heights, .. } => curve.to().at_height(heights[1]),
+    })
+}
+
+fn reported(x: i64, y: i64, height: i64) -> Option<Place> {
+    Some(Point::from_units(x, y).ok()?.at_height(Height::from_units(height).ok()?))
 }
 
 fn nearest((x, y): (f64, f64)) -> Xy {

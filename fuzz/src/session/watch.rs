@@ -3,21 +3,25 @@
 use crate::oracle::xy;
 use keepout_executor::supervisor::{Command, Phase};
 use keepout_guard::{Interpolation, Motion};
-use keepout_kernel::{Curve, Point, ProhibitedRegion};
+use keepout_kernel::{Curve, Height, Place, Point, ProhibitedRegion, Segment};
 use keepout_planner::job::LoopNumber;
 use keepout_proofs::families::at;
 use keepout_proofs::properties::Xy;
 use keepout_proofs::soak::{segments_within, triangle_within};
 use keepout_proofs::square::{off_box, plain};
 
+use super::machine::Tip;
 use super::{Play, Trouble};
-use crate::{job, oracle};
+use crate::job::Standing;
+use crate::oracle;
 
 /// Rounding of places in `f64`, and of nearest points, lattice units.
 pub const ROUNDING: f64 = 4.0;
 /// Largest distance of the tool from a cut point of a contour. The program finds reported positions within
 /// 50 µm.
 const CUT: f64 = 6_000.0;
+/// Greatest height of the tool above the depth of a pass that counts as cut.
+const CUT_HEIGHT: i64 = 2_000;
 /// Number of sampled points on a retract move.
 const PLACES: u32 = 16;
 /// Number of sampled points on each curve of a completed contour. No curve of the plate is longer than 24
@@ -30,17 +34,39 @@ impl Play {
         let abilities = self.machine.abilities();
         match command {
             Command::Move(certified) => match certified.motion() {
-                Motion::Jog { to, .. } if inside => self.watch_way_out(to.point),
+                Motion::Jog { to, .. } if inside => self.watch_way_out(*to),
                 Motion::Jog { .. } => self.watch_set(),
-                Motion::Contour { curve, .. } => self.watch_contour(curve),
+                Motion::Contour { curve, heights, .. } => {
+                    self.watch_contour(curve, heights[0].min(heights[1]))
+                }
             },
+            Command::Spindle { .. } if self.trouble != Trouble::FalseReplies => {
+                let moves = self.machine.under_way().next();
+                assert!(moves.is_none(), "the spindle is switched while {moves:?} is under way");
+            }
             Command::Cancel(_) => assert!(abilities.cancels(), "the controller has no cancel"),
             _ => {}
         }
     }
 
-    pub(super) fn is_near(&self, corners: [Xy; 3], r: i64) -> bool {
-        self.walls.iter().any(|&(d, e)| comes_near(corners, d, e, r))
+    /// What stands above a tip at this height, lattice units.
+    pub(super) fn standing(&self, tip: i64) -> Standing {
+        Standing::above(self.heights.map(|_| tip))
+    }
+
+    /// The lowest tip that is certified for this height, lattice units.
+    fn certified_tip(&self, height: Height) -> i64 {
+        let tip =
+            i64::from(height.units()) - i64::from(self.supervisor.guard().rules().heights.margin.units());
+        let floor = self.heights.map_or(tip, |heights| heights.floor);
+        assert!(tip >= floor, "a tip at {tip} is below the table at {floor}");
+        tip
+    }
+
+    /// The walls above the tip that is certified for this height, as curves.
+    fn walls(&self, height: Height) -> Vec<Curve> {
+        let line = |(a, b)| Curve::Line(Segment { from: at(a), to: at(b) });
+        self.standing(self.certified_tip(height)).walls().map(line).collect()
     }
 
     /// Checks that all motions that may be executed are clear of the part: each triangle of the in-flight
@@ -52,22 +78,27 @@ impl Play {
         if guard.rules().interpolation == Interpolation::Independent {
             set = corners(&set);
         }
+        let Some(lowest) = guard.lowest() else { return };
+        let standing = self.standing(self.certified_tip(lowest));
         for corners in triangles(&set) {
-            let near = self.is_near(corners, kept);
+            let near = comes_near_to(&standing, corners, kept);
             assert!(!near, "{corners:?} of what may be executed come nearer than {kept}");
         }
     }
 
-    /// Checks a retract move: it comes nearer to no edge within the jogging clearance, and non-interpolated
-    /// axes move one at a time.
-    fn watch_way_out(&self, to: Point) {
+    /// Checks a retract move: it does not lower the tool, and comes nearer to no edge within the jogging clearance.
+    /// Non-interpolated axes move one at a time.
+    fn watch_way_out(&self, to: Place) {
         let guard = self.supervisor.guard();
-        let from = guard.confirmed().expect("it stands inside").point();
+        let confirmed = guard.confirmed().expect("it stands inside").place();
+        assert!(to.height >= confirmed.height, "a way out from {confirmed:?} lowers the tool to {to:?}");
+        let walls = self.walls(confirmed.height);
+        let (from, to) = (confirmed.point, to.point);
         let straight =
             guard.rules().interpolation == Interpolation::Linear || from.x == to.x || from.y == to.y;
         assert!(straight, "a way out from {from:?} to {to:?} is not along an axis");
         let (a, b, manual) = (xy(from), xy(to), f64::from(guard.rules().jogging_clearance.units()));
-        for wall in oracle::walls(&job::work().plan) {
+        for wall in &walls {
             let least = oracle::distance(a, [wall].into_iter()).min(manual);
             for k in 1..=PLACES {
                 let t = f64::from(k) / f64::from(PLACES);
@@ -80,7 +111,7 @@ impl Play {
         }
     }
 
-    fn watch_contour(&self, curve: &Curve) {
+    fn watch_contour(&self, curve: &Curve, lowest: Height) {
         let rules = self.supervisor.guard().rules();
         let kept = f64::from(rules.finishing_clearance.units()) - ROUNDING;
         let mut places = oracle::places(curve);
@@ -89,7 +120,7 @@ impl Play {
             let (a, b) = (xy(curve.from()), xy(curve.to()));
             places.extend([a, b, (a.0, b.1), (b.0, a.1)]);
         }
-        keep_away(curve, &places, kept);
+        keep_away(curve, &places, kept, &self.walls(lowest));
     }
 
     /// Checks that the tool and the targets in transit are in the hull of the guard's in-flight set.
@@ -106,10 +137,17 @@ impl Play {
             Interpolation::Independent => off_box(&set, place) <= r,
         };
         let (tool, most) = (self.machine.tool, 3 * i64::from(guard.rules().resolution.units()) + 4);
-        assert!(is_in(tool, most), "the tool is more than {most} off {set:?}, at {tool:?}");
+        assert!(is_in(tool.at, most), "the tool is more than {most} off {set:?}, at {tool:?}");
+        let lowest = guard.lowest().map_or(i64::MAX, |lowest| lowest.units().into());
+        let sunk = 3 * i64::from(guard.rules().heights.resolution.units()) + 4;
+        assert!(tool.height >= lowest - sunk, "the tool is at {tool:?}, more than {sunk} below {lowest}");
         for motion in self.machine.under_way() {
             if let Motion::Jog { to, .. } = motion {
                 assert!(is_in(plain(to.point), 4), "{to:?} is under way, and not in {set:?}");
+                assert!(
+                    i64::from(to.height.units()) >= lowest,
+                    "{to:?} is under way, and lower than {lowest}"
+                );
             }
         }
     }
@@ -122,10 +160,11 @@ impl Play {
         {
             return;
         }
-        let resume_point = self.supervisor.progress().partial.first().map(|partial| partial.resume_point);
+        let progress = self.supervisor.progress();
+        let resume_point = progress.partial.first().map(|partial| (partial.number, partial.resume_point));
         if resume_point != self.resume_point {
             self.resume_point = resume_point;
-            resume_point.into_iter().for_each(|resume_point| self.has_cut(xy(resume_point)));
+            resume_point.into_iter().for_each(|(number, point)| self.has_cut(number, xy(point)));
         }
     }
 
@@ -135,13 +174,13 @@ impl Play {
         if self.trouble == Trouble::FalseReplies {
             return;
         }
-        let plan = &job::work().plan.plan;
+        let plan = &self.work.plan.plan;
         let places = |number: LoopNumber| -> Vec<oracle::Xy> {
             let curves = &plan.passes[number.pass].path.loops[number.index].curves;
             curves.iter().flat_map(|curve| oracle::places_along(curve, PLACES_CUT)).collect()
         };
         for &number in &progress.finished {
-            places(number).into_iter().for_each(|place| self.has_cut(place));
+            places(number).into_iter().for_each(|place| self.has_cut(number, place));
         }
         for partial in &progress.partial {
             let places = places(partial.number);
@@ -155,23 +194,26 @@ impl Play {
             let whole = partial.entry == partial.resume_point;
             let count = if whole { places.len() } else { count };
             for k in 1..count {
-                self.has_cut(places[(entry + k) % places.len()]);
+                self.has_cut(partial.number, places[(entry + k) % places.len()]);
             }
         }
     }
 
-    fn has_cut(&self, place: oracle::Xy) {
-        let real = |(x, y): Xy| xy(at((x, y)));
-        let away = self.cut.iter().map(|&[a, b]| oracle::to_chord(place, (real(a), real(b))));
+    /// Checks that the tool was at a point of a loop, at the depth of its pass.
+    fn has_cut(&self, number: LoopNumber, place: oracle::Xy) {
+        let real = |tip: Tip| xy(at(tip.at));
+        let pass = i64::from(self.work.plan.plan.passes[number.pass].height.units());
+        let deep = |[a, b]: &&[Tip; 2]| a.height.max(b.height) <= pass + CUT_HEIGHT;
+        let away = self.cut.iter().filter(deep).map(|&[a, b]| oracle::to_chord(place, (real(a), real(b))));
         let away = away.fold(f64::INFINITY, f64::min);
         assert!(away < CUT, "{place:?} counts as cut, and the tool was {away} from it at the nearest");
     }
 }
 
-/// Checks that points of a contour's motion are farther from the part than `kept`.
-pub fn keep_away(curve: &Curve, places: &[oracle::Xy], kept: f64) {
+/// Checks that points of a contour's motion are farther from the walls than `kept`.
+pub fn keep_away(curve: &Curve, places: &[oracle::Xy], kept: f64, walls: &[Curve]) {
     for &place in places {
-        let left = oracle::distance(place, oracle::walls(&job::work().plan));
+        let left = oracle::distance(place, walls.iter());
         assert!(left > kept, "{curve:?} of a contour comes to {left}, not {kept}");
     }
 }
@@ -192,6 +234,11 @@ fn corners(points: &[Xy]) -> Vec<Xy> {
 pub fn triangles(set: &[Xy]) -> impl Iterator<Item = [Xy; 3]> {
     let from = |i: usize| set[i..].iter().enumerate().map(move |(k, &point)| (i + k, point));
     from(0).flat_map(move |(i, a)| from(i).flat_map(move |(j, b)| set[j..].iter().map(move |&c| [a, b, c])))
+}
+
+/// Whether the triangle comes so near to what stands, or lies in it.
+pub fn comes_near_to(standing: &Standing, corners: [Xy; 3], r: i64) -> bool {
+    standing.holds(corners[0]) || standing.walls().any(|(d, e)| comes_near(corners, d, e, r))
 }
 
 /// Whether the triangle comes so near to the segment from `d` to `e`, by big integers where floats are in

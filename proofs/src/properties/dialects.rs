@@ -45,6 +45,13 @@ properties! {
     }
         => "GRBL: a line counts as an acknowledgement exactly when its text is `ok`";
         every 1 random 5_000 kani 2 unwind 40 cadical;
+    answer_to_a_spindle_switch_accepts_no_motion |d| {
+        let between: Vec<&[u8]> = (0..d.one_of(4)).map(|_| BETWEEN[d.one_of(BETWEEN.len())]).collect();
+        answer_to_a_spindle_switch_accepts_no_motion(d.one_of(2) == 1, &between)
+    }
+        => "GRBL: the first answer after a switch of the spindle is taken for the switch, and acknowledges no \
+            motion, whatever is reported between; the answer after it acknowledges a motion";
+        every 1 random 5_000;
     jogs_are_written_exactly |d|
         jogs_are_written_exactly(
             (d.int(-(1 << 28), 1 << 28), d.int(-(1 << 28), 1 << 28)),
@@ -85,6 +92,7 @@ fn config() -> DialectConfig {
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
         z: None,
+        spindle_rpm: Some(10_000),
     }
 }
 
@@ -151,6 +159,28 @@ fn only_ok_accepts(bytes: &[u8]) {
         line.iter().filter_map(|&byte| grbl.decode(byte, &mut out)).any(|reply| reply == Reply::Accepted);
     let text: Vec<u8> = bytes.iter().copied().filter(|&byte| byte != b'\r').collect();
     assert_eq!(accepted, text == b"ok", "{bytes:?}");
+}
+
+/// Lines that a controller can send by itself.
+const BETWEEN: [&[u8]; 4] = [
+    b"<Idle|MPos:1.000,2.000,0.000|Bf:15,128|FS:0,10000>\r\n",
+    b"[MSG:Pgm End]\r\n",
+    b"\r\n",
+    b">G54:ok\r\n",
+];
+
+fn answer_to_a_spindle_switch_accepts_no_motion(runs: bool, between: &[&[u8]]) {
+    let mut grbl = ready();
+    let mut out = Vec::new();
+    grbl.encode(&Command::Spindle { runs }, &mut out).expect("the session switches the spindle");
+    assert_eq!(out, if runs { &b"M3S10000\n"[..] } else { b"M5\n" });
+    let lines = between.iter().copied().chain([&b"ok\r\n"[..], b"ok\r\n"]);
+    let answers: Vec<Reply> = lines
+        .flatten()
+        .filter_map(|&byte| grbl.decode(byte, &mut out))
+        .filter(|reply| matches!(reply, Reply::SpindleSwitched | Reply::Accepted))
+        .collect();
+    assert_eq!(answers, [Reply::SpindleSwitched, Reply::Accepted], "{between:?}");
 }
 
 /// Lattice units from text in mm, read digit by digit.

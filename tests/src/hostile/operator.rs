@@ -163,7 +163,10 @@ impl Operator for Hostile {
             } else {
                 input.up = up;
             }
-            self.given = self.given.or_else(|| self.climb.command());
+            let stops = view.spindle_runs && self.random.u16(0..2000) == 0;
+            let climb = || self.climb.command(view.spindle_runs);
+            let stop = stops.then_some(OperatorCommand::Spindle { runs: false });
+            self.given = self.given.or(stop).or_else(climb);
         }
         input
     }

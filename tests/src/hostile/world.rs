@@ -177,6 +177,7 @@ fn machine(random: &mut Rng) -> MachineProfile {
         acceleration_mm_s2: [100.0, 500.0, 3000.0][random.usize(0..3)],
         steps_per_mm: [80.0, 200.0, 400.0, 2000.0][random.usize(0..4)],
         repeatability_mm: [0.0, 0.004, 0.02][random.usize(0..3)],
+        spindle_rpm: [None, Some(10_000)][random.usize(0..2)],
         ..simulated
     }
 }

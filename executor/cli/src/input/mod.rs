@@ -26,6 +26,7 @@ mod testing {
         OperatorView {
             end_mm: None,
             unacknowledged: 0,
+            spindle_runs: false,
             position_mm: Some(Mm2::new(-20.0, 10.0)),
             height_mm: None,
             wall_mm: Some(Mm2::new(0.0, 10.0)),

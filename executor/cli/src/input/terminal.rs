@@ -217,6 +217,7 @@ impl Keyboard {
 impl Operator for Keyboard {
     fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
         self.take_strokes(now);
+        self.keys.see_spindle(view.spindle_runs);
         let input = self.keys.input(view.phase, now);
         if self.jogs {
             self.panel.set_status(&self.keys.status());

@@ -177,6 +177,8 @@ pub struct GrblSim {
     in_g54: bool,
     /// Whether G20 is active.
     inches: bool,
+    /// Speed of the spindle, rpm. Zero while it stands.
+    spindle_rpm: f64,
     /// The controller reads and answers no line until this time.
     deaf_until: Option<Time>,
     /// Whether a cancel ended the last motion, or is about to end it.
@@ -226,6 +228,7 @@ impl GrblSim {
             motion_mode: MotionMode::Straight,
             in_g54: true,
             inches: false,
+            spindle_rpm: 0.0,
             deaf_until: None,
             cancelled: false,
             hangs: false,
@@ -338,7 +341,7 @@ impl GrblSim {
             let free = self.firmware.blocks - queued.min(self.firmware.blocks);
             text += &format!("|Bf:{free},{}", self.firmware.rx_buffer - self.rx.len());
         }
-        text += &format!("|FS:{:.0},0", self.motion.speed() * 60.0);
+        text += &format!("|FS:{:.0},{:.0}", self.motion.speed() * 60.0, self.spindle_rpm);
         let reports_offset = !self.is_hal() || self.report_mask & 32 != 0;
         if reports_offset && self.reports.is_multiple_of(OFFSET_EVERY) {
             let Mm3 { x, y, z } = self.work_offset();
@@ -407,6 +410,7 @@ impl GrblSim {
         self.mode =
             if moving || matches!(self.mode, Mode::Alarm | Mode::Locked) { Mode::Alarm } else { Mode::Idle };
         if !self.settings.quirks.silent_reset {
+            self.spindle_rpm = 0.0;
             self.tx.extend(self.firmware.greeting.as_bytes());
         }
         (self.in_g54, self.absolute, self.inches) = (true, true, false);

@@ -52,7 +52,10 @@ impl GrblSim {
             "$G" => {
                 let (place, units) = (if self.in_g54 { 54 } else { 55 }, if self.absolute { 90 } else { 91 });
                 let feed = self.feed * 60.0;
-                self.reply(&format!("[GC:G1 G{place} G17 G21 G{units} G94 M5 M9 T0 F{feed:.0} S0]"));
+                let (spindle, rpm) = (if self.spindle_rpm > 0.0 { 3 } else { 5 }, self.spindle_rpm);
+                self.reply(&format!(
+                    "[GC:G1 G{place} G17 G21 G{units} G94 M{spindle} M9 T0 F{feed:.0} S{rpm:.0}]"
+                ));
             }
             "$$" => self.list_settings(),
             "$#" => self.list_parameters(),
@@ -151,6 +154,14 @@ impl GrblSim {
                     55.0 => (self.in_g54, self.reports) = (false, 0),
                     50.0 if self.is_hal() => {}
                     17.0 | 40.0 | 49.0 | 53.0 | 94.0 => {}
+                    _ => return Err(20),
+                }
+            }
+            if letter == 'M' {
+                match value {
+                    3.0 => self.spindle_rpm = value_of(&words, 'S').unwrap_or(self.spindle_rpm),
+                    5.0 => self.spindle_rpm = 0.0,
+                    9.0 => {}
                     _ => return Err(20),
                 }
             }

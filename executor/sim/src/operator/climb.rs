@@ -11,7 +11,6 @@ pub struct Climb {
     up: f64,
     until: f64,
     command: Option<OperatorCommand>,
-    spindle: bool,
 }
 
 /// Height above which the tool crosses on the way to a contact start, and depth of that start, mm.
@@ -42,9 +41,9 @@ impl Climb {
         self.up
     }
 
-    /// The command that is due. The first one states that the spindle runs.
-    pub fn command(&mut self) -> Option<OperatorCommand> {
-        if !std::mem::replace(&mut self.spindle, true) {
+    /// The command that is due. Until the spindle runs, the model states that it runs, or asks for its start.
+    pub fn command(&mut self, spindle_runs: bool) -> Option<OperatorCommand> {
+        if !spindle_runs {
             return Some(OperatorCommand::Spindle { runs: true });
         }
         self.command.take()

@@ -79,6 +79,8 @@ pub struct Model {
     climb: Climb,
     /// Whether the session has a third axis.
     climbs: bool,
+    /// Whether the spindle runs, in the last view.
+    spindle_runs: bool,
 }
 
 impl Model {
@@ -102,6 +104,7 @@ impl Model {
             sticking: Sticking::default(),
             climb: Climb::default(),
             climbs: false,
+            spindle_runs: false,
         }
     }
 
@@ -200,6 +203,7 @@ impl Operator for Model {
             return OperatorInput::default();
         }
         self.climbs = view.height_mm.is_some();
+        self.spindle_runs = view.spindle_runs;
         let began = *self.began.get_or_insert(now);
         let t = now.since(began).as_secs_f64();
         if t < self.jog_s {
@@ -235,7 +239,7 @@ impl Operator for Model {
         if self.over {
             Some(OperatorCommand::Stop)
         } else {
-            self.climbs.then(|| self.climb.command()).flatten()
+            self.climbs.then(|| self.climb.command(self.spindle_runs)).flatten()
         }
     }
 }

@@ -240,6 +240,7 @@ impl Described {
             Command::Cancel(_) | Command::EndHoming => self.stop(out),
             // Unreachable: a described controller never reports a hold.
             Command::Abort => {}
+            Command::Spindle { .. } => return Err(EncodeError::NoSpindle),
             Command::Prepare => {
                 self.forget();
                 let too_coarse = |figure: Figure, steps_per_mm: f64| figure.per_mm() < steps_per_mm * 0.999;
@@ -271,6 +272,7 @@ impl Dialect for Described {
             queues,
             on_cancel: self.description.on_cancel(),
             checked: false,
+            spindle: false,
         }
     }
 

@@ -18,6 +18,7 @@ fn dialect(text: &str) -> Described {
             arc_tolerance_mm: 0.0005,
             travel_mm: Some([400.0, 350.0]),
             z: None,
+            spindle_rpm: None,
         },
     )
 }

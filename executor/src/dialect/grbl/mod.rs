@@ -9,8 +9,8 @@
 //! controller rejects an arc line that arrives twice, because its ends coincide.
 //!
 //! The dialect never sends a feed hold or a jog cancel, because both firmwares can run away at one
-//! (`docs/safety/controllers.md`). grblHAL's planner has more blocks; the dialect counts them from its
-//! reports at rest. grblHAL reports more fields; the dialect skips unknown ones.
+//! (`docs/safety/controllers.md`). grblHAL's planner has more blocks; the dialect counts them from its reports at
+//! rest. grblHAL reports more fields; the dialect skips unknown ones.
 
 mod buffers;
 mod identity;
@@ -73,6 +73,8 @@ pub struct Grbl {
     stated: Stated,
     buffers: Buffers,
     lines: Lines,
+    /// A switch of the spindle is unanswered, and no motion is.
+    switches_spindle: bool,
 }
 
 impl Grbl {
@@ -87,6 +89,7 @@ impl Grbl {
             stated: Stated::default(),
             buffers: Buffers::default(),
             lines: Lines::default(),
+            switches_spindle: false,
         }
     }
 
@@ -226,6 +229,7 @@ impl Grbl {
                 self.stage = Stage::Ready;
                 Some(Reply::Armed)
             }
+            _ if std::mem::take(&mut self.switches_spindle) => Some(Reply::SpindleSwitched),
             Stage::Prepared | Stage::Ready => Some(Reply::Accepted),
         }
     }
@@ -320,6 +324,7 @@ impl Dialect for Grbl {
             // A hold or a cancel can run away, so the dialect sends neither (`docs/safety/controllers.md`).
             on_cancel: OnCancel::NotOffered,
             checked: false,
+            spindle: self.setting.spindle_rpm.is_some(),
         }
     }
 
@@ -336,6 +341,7 @@ impl Dialect for Grbl {
             // controller drive to the partial target. With a `$` at its end every line is rejected, and `$`
             // alone is answered with a help text.
             Command::Prepare => {
+                self.switches_spindle = false;
                 out.extend(b"$\n");
                 self.stage = Stage::Waking;
                 // It may be another controller.
@@ -355,6 +361,10 @@ impl Dialect for Grbl {
                 out.extend(b"$H\n");
                 self.stage = Stage::Homing;
             }
+            Command::Spindle { runs } => {
+                self.spindle(*runs, out)?;
+                self.switches_spindle = true;
+            }
             Command::Move(certified) => {
                 let first = out.len();
                 self.motion(certified.motion(), out).inspect_err(|_| out.truncate(first))?;
@@ -372,6 +382,7 @@ impl Dialect for Grbl {
 
     fn reset(&mut self) {
         self.stage = Stage::Silent;
+        self.switches_spindle = false;
         self.lines.clear();
     }
 

@@ -13,6 +13,7 @@ fn dialect() -> Grbl {
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
         z: None,
+        spindle_rpm: Some(10_000),
     })
 }
 

@@ -3,7 +3,7 @@
 use keepout_kernel::Place;
 
 use super::{Grbl, apart};
-use crate::dialect::lines::push_mm;
+use crate::dialect::lines::{push_mm, push_number};
 use crate::supervisor::EncodeError;
 
 impl Grbl {
@@ -13,6 +13,17 @@ impl Grbl {
         if with_height && self.three() {
             words(out, &[(b'Z', to.height.units())]);
         }
+    }
+
+    /// Adds the line that switches the spindle.
+    pub(super) fn spindle(&self, runs: bool, out: &mut Vec<u8>) -> Result<(), EncodeError> {
+        let rpm = self.setting.spindle_rpm.ok_or(EncodeError::NoSpindle)?;
+        out.extend(if runs { &b"M3S"[..] } else { b"M5" });
+        if runs {
+            push_number(out, u64::from(rpm));
+        }
+        out.push(b'\n');
+        Ok(())
     }
 
     /// Whether the machine has three axes.

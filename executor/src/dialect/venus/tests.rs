@@ -11,6 +11,7 @@ fn dialect() -> Venus {
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
         z: None,
+        spindle_rpm: None,
     });
     venus.in_mm = true;
     venus

@@ -12,6 +12,7 @@ fn dialect() -> Zaber {
         arc_tolerance_mm: 0.0005,
         travel_mm: Some([400.0, 350.0]),
         z: None,
+        spindle_rpm: None,
     })
 }
 

@@ -219,6 +219,7 @@ impl<'a> Scene<'a> {
                 height_mm: None,
                 end_mm: None,
                 unacknowledged: 0,
+                spindle_runs: false,
                 phase: Phase::Manual,
                 contoured: false,
             },

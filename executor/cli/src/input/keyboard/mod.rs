@@ -56,8 +56,8 @@ pub struct Keys {
     taken: usize,
     /// The digits of a contour's number that is being typed.
     crossing: Option<String>,
-    /// The last statement about the spindle.
-    spindle: bool,
+    /// Whether the spindle runs, as the session knows it.
+    spindle_runs: bool,
     commands: VecDeque<OperatorCommand>,
 }
 
@@ -83,7 +83,7 @@ impl Keys {
             help: false,
             taken: 0,
             crossing: None,
-            spindle: false,
+            spindle_runs: false,
             commands: VecDeque::new(),
         }
     }
@@ -117,6 +117,11 @@ impl Keys {
         }
         let (turned, (velocity, up)) = (self.wheel.take_mm(), self.velocity());
         OperatorInput { velocity, turned_mm: turned.plane(), up, turned_up_mm: turned.z, armed: self.armed }
+    }
+
+    /// Takes note of whether the spindle runs, as the session knows it. The key of the spindle asks for the other.
+    pub fn see_spindle(&mut self, runs: bool) {
+        self.spindle_runs = runs;
     }
 
     /// Takes the next command that the operator gave.
@@ -234,10 +239,7 @@ impl Keys {
         match key {
             Key::Character('u') => self.give(OperatorCommand::Raise),
             Key::Character('c') => self.crossing = Some(String::new()),
-            Key::Character('m') => {
-                self.spindle = !self.spindle;
-                self.give(OperatorCommand::Spindle { runs: self.spindle });
-            }
+            Key::Character('m') => self.give(OperatorCommand::Spindle { runs: !self.spindle_runs }),
             Key::Interrupt | Key::Character('q') => self.give(OperatorCommand::Stop),
             Key::Character(' ') => self.stop(),
             Key::Character('a') => self.armed = !self.armed,

@@ -142,8 +142,10 @@ fn plus_and_minus_move_the_third_axis_and_c_crosses() {
     let input = keys.input(Phase::Manual, ms(20));
     assert_eq!((input.velocity, input.up), (Mm2::new(1.0, 0.0), -1.0));
     assert_eq!(keys.input(Phase::Manual, ms(170)).up, 0.0);
+    let mut stated = false;
     for key in ['c', '1', '2', '\n', 'u', 'm', 'm', 'c', '3', 'p', '\n', 'c', '\n'] {
         keys.take(Key::Character(key), Stroke::Down, ms(200));
+        keys.see_spindle(key == 'm' && !std::mem::replace(&mut stated, key == 'm'));
     }
     let given: Vec<_> = std::iter::from_fn(|| keys.command()).collect();
     let spindle = |runs| OperatorCommand::Spindle { runs };
