@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Height, Length, Levels, Point, ProhibitedRegion, Ring, Segment};
+use rayon::prelude::*;
 
 use super::section::{Section, Walls, sections, walls};
 use super::{DEPTHS_MAX, FEEDS_MM_MIN, PASSES_MAX, Pass, Plan, PlanError, TOOL_MAX_MM, TOOL_MIN_MM};
@@ -66,25 +67,30 @@ impl Plan {
         let finishing = finishing_clearance(self.tool_radius, &self.budget)?;
         let roughing = jogging_clearance(finishing, self.stock_to_leave, &self.budget)?;
         let depths = self.by_depth(sections)?;
-        let mut motions = 0;
-        for (index, (section, passes)) in depths.iter().enumerate() {
-            self.certify_order(passes)?;
-            for (number, pass) in passes.iter().enumerate() {
-                // Passes with the same path at the same section were certified above.
-                let before = depths[..index].iter().filter(|(other, _)| std::ptr::eq(*other, *section));
-                let known = before.filter_map(|(_, passes)| passes.get(number));
-                if known.into_iter().any(|known| known.is_like(pass)) {
-                    motions += pass.motions();
-                    continue;
+        let motions =
+            |(index, (section, passes)): (usize, &(&Section, &[Pass]))| -> Result<usize, PlanError> {
+                self.certify_order(passes)?;
+                let mut motions = 0;
+                for (number, pass) in passes.iter().enumerate() {
+                    // Passes with the same path at the same section are certified at the first of them.
+                    let before = depths[..index].iter().filter(|(other, _)| std::ptr::eq(*other, *section));
+                    let known = before.filter_map(|(_, passes)| passes.get(number));
+                    if known.into_iter().any(|known| known.is_like(pass)) {
+                        motions += pass.motions();
+                        continue;
+                    }
+                    let threshold = plus(finishing, pass.stock_to_leave)?;
+                    let number = index * passes.len() + number + 1;
+                    let refused = |refusal| PlanError::Pass { number, refusal };
+                    let d = centre_distance(&self.profile, &self.zones, threshold);
+                    let Section { outlines, region, .. } = section;
+                    motions += pass.path.certify(outlines, region, (threshold, d)).map_err(refused)?;
                 }
-                let threshold = plus(finishing, pass.stock_to_leave)?;
-                let number = index * passes.len() + number + 1;
-                let refused = |refusal| PlanError::Pass { number, refusal };
-                let d = centre_distance(&self.profile, &self.zones, threshold);
-                let Section { outlines, region, .. } = section;
-                motions += pass.path.certify(outlines, region, (threshold, d)).map_err(refused)?;
-            }
-        }
+                Ok(motions)
+            };
+        // The first refusal counts, whichever was found first.
+        let certified: Vec<Result<usize, PlanError>> = depths.par_iter().enumerate().map(motions).collect();
+        let motions = certified.into_iter().sum::<Result<usize, PlanError>>()?;
         let height_margin = match &self.relief {
             Some(relief) => {
                 relief.budget.total().map_err(|source| PlanError::Length { what: "height margin", source })?

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Height, Length, Point};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use self::certified::CertifiedPlan;
@@ -251,17 +252,19 @@ impl Plan {
         let single = [PassParameters::default()];
         let wanted = if wanted.is_empty() { &single[..] } else { wanted };
         let finishing = finishing_clearance(self.tool_radius, &self.budget)?;
+        let proposed = |section: &Section, each: &PassParameters| {
+            let left = length("stock that a pass leaves", each.stock_to_leave_mm)?;
+            let threshold = certified::plus(finishing, left)?;
+            let d = centre_distance(&self.profile, &self.zones, threshold);
+            let path = propose(&section.outlines, &section.region, d, diameter_mm)?;
+            let better = Arc::new(merged(&path, &section.region, threshold));
+            Ok((left, each.feed_mm_min, better, Arc::new(path)))
+        };
+        let of_section = |section: &Section| wanted.iter().map(|each| proposed(section, each)).collect();
+        let found: Vec<Result<Vec<_>, PlanError>> = sections.par_iter().map(of_section).collect();
         let mut unmerged = Vec::new();
-        for section in sections {
-            let mut found = Vec::new();
-            for each in wanted {
-                let left = length("stock that a pass leaves", each.stock_to_leave_mm)?;
-                let threshold = certified::plus(finishing, left)?;
-                let d = centre_distance(&self.profile, &self.zones, threshold);
-                let path = propose(&section.outlines, &section.region, d, diameter_mm)?;
-                let better = Arc::new(merged(&path, &section.region, threshold));
-                found.push((left, each.feed_mm_min, better, Arc::new(path)));
-            }
+        for (section, found) in sections.iter().zip(found) {
+            let found = found?;
             for &height in &section.heights {
                 for (stock_to_leave, feed_mm_min, better, path) in &found {
                     let pass = |path: &Arc<FinishingPath>| Pass {
