@@ -42,7 +42,7 @@ pub struct MachineProfile {
     pub contour_error_source: Option<String>,
     /// Speed at which the controller starts the spindle at the operator's command, rpm. Without it nobody but the
     /// operator switches the spindle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub spindle_rpm: Option<u32>,
     /// The third axis. Without it the machine has two axes: nobody moves the tool up or down.
     #[serde(default)]
