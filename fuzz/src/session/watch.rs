@@ -121,6 +121,9 @@ impl Play {
             places.extend([a, b, (a.0, b.1), (b.0, a.1)]);
         }
         keep_away(curve, &places, kept, &self.walls(lowest));
+        let standing = self.standing(self.certified_tip(lowest));
+        let inside = [curve.from(), curve.to()].into_iter().find(|&at| standing.holds(plain(at)));
+        assert!(inside.is_none(), "{curve:?} of a contour comes to {inside:?}, inside what stands");
     }
 
     /// Checks that the tool and the targets in transit are in the hull of the guard's in-flight set.
