@@ -288,7 +288,11 @@ impl Dialect for Described {
         let may_echo = self.lines.is_blank() || !self.exchanges.is_single();
         if may_echo && self.echo.first() == Some(&byte) {
             self.echo.remove(0);
-            return None;
+            // The echo of a line's end also ends the line that it interrupts. Otherwise the digits before and after it
+            // would be one number.
+            if self.lines.is_blank() || byte != b'\r' {
+                return None;
+            }
         }
         let first = out.len();
         let reply = self.hear(byte, out);

@@ -45,6 +45,22 @@ fn query_reads_the_state_and_then_the_position() {
     assert_eq!(hear(&mut nsk, "TP\r\n 250000,170000\r\n:").0, [Reply::Report(report)]);
 }
 
+/// Found by fuzzing: the end of a stop's echo joined the digits before and after it to one number.
+#[test]
+fn echo_of_a_line_end_in_an_answer_does_not_join_its_digits() {
+    let mut nsk = dialect(NSK);
+    encoded(&mut nsk, &Command::Query);
+    hear(&mut nsk, "TS\r\n 1\r\n:");
+    // The end of the query's own echo is lost, and a stop goes out before the answer is complete.
+    hear(&mut nsk, "TP 250000,1700");
+    assert_eq!(encoded(&mut nsk, &Command::EndHoming), "MS\r");
+    let far = Point::from_units(5_000_000, 155_000_000).unwrap();
+    for reply in hear(&mut nsk, "00\r0\r\n:").0 {
+        let Reply::Report(report) = reply else { continue };
+        assert!(report.position.is_none_or(|at| at.point.y < far.y), "{report:?}");
+    }
+}
+
 /// A state from before a motion and a position from after it make no valid report.
 #[test]
 fn no_line_goes_out_between_a_state_and_its_position() {
