@@ -1,0 +1,96 @@
+//! The requests to the workbench.
+
+use axum::Json;
+use axum::body::Bytes;
+use axum::extract::{Path, Query, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+
+use super::PanelSite;
+use super::checks::COOKIE;
+use crate::access::BROWSER_LIVES;
+use crate::bench::{BenchRequest, DocumentName, JobView, MapView};
+
+/// The token of a browser that enters.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entrance {
+    token: String,
+}
+
+/// Admits a browser that knows the token.
+pub async fn enter(State(site): State<PanelSite>, Json(Entrance { token }): Json<Entrance>) -> Response {
+    let now = site.hub.now();
+    let entered = site.access().enter(&token, now);
+    match entered {
+        Ok(Some(secret)) => {
+            let cookie = format!(
+                "{COOKIE}={}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict",
+                secret.text(),
+                BROWSER_LIVES.as_secs()
+            );
+            ([(header::SET_COOKIE, cookie)], StatusCode::NO_CONTENT).into_response()
+        }
+        Ok(None) => {
+            (StatusCode::FORBIDDEN, "this token has ended: the program shows a new one").into_response()
+        }
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
+    }
+}
+
+/// The job as it is.
+pub async fn job(State(site): State<PanelSite>) -> Json<JobView> {
+    Json(site.bench.job())
+}
+
+/// The map of the job.
+pub async fn map(State(site): State<PanelSite>) -> Json<MapView> {
+    Json(site.bench.map())
+}
+
+/// Does what the page asks for. Planning takes a while, so another thread does it.
+pub async fn ask(State(site): State<PanelSite>, Json(request): Json<BenchRequest>) -> Response {
+    answer(move || site.bench.ask(request)).await
+}
+
+/// Name of an uploaded drawing.
+#[derive(Debug, Deserialize)]
+pub struct Uploaded {
+    name: String,
+}
+
+/// Makes a job of an uploaded drawing.
+pub async fn drawing(
+    State(site): State<PanelSite>,
+    Query(Uploaded { name }): Query<Uploaded>,
+    bytes: Bytes,
+) -> Response {
+    answer(move || site.bench.drawing(&name, &bytes)).await
+}
+
+async fn answer(work: impl FnOnce() -> Result<(), String> + Send + 'static) -> Response {
+    match tokio::task::spawn_blocking(work).await {
+        Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),
+        Ok(Err(reason)) => (StatusCode::CONFLICT, reason).into_response(),
+        Err(_) => {
+            (StatusCode::INTERNAL_SERVER_ERROR, "the program failed at this: report it").into_response()
+        }
+    }
+}
+
+/// What the report may show: its own styles and pictures.
+const REPORT_POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'";
+
+/// A document of the job.
+pub async fn document(State(site): State<PanelSite>, Path(name): Path<DocumentName>) -> Response {
+    match site.bench.document(name) {
+        Some(document) => {
+            let headers =
+                [(header::CONTENT_TYPE, document.media), (header::CONTENT_SECURITY_POLICY, REPORT_POLICY)];
+            (headers, document.bytes).into_response()
+        }
+        None => (StatusCode::NOT_FOUND, "the job has no such document yet").into_response(),
+    }
+}
