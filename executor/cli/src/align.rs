@@ -139,7 +139,7 @@ fn profile_of(arguments: &AlignArguments) -> Result<Profile, CliError> {
     Ok(chained.profile)
 }
 
-fn file_of(found: &Alignment, probe_points: &ProbePoints, drawing: &str) -> AlignmentFile {
+pub fn file_of(found: &Alignment, probe_points: &ProbePoints, drawing: &str) -> AlignmentFile {
     let method = match (probe_points.points.is_empty(), probe_points.edges.is_empty()) {
         (false, false) => Method::PointsAndEdges,
         (true, _) => Method::Edges,

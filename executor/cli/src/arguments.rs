@@ -89,6 +89,9 @@ pub(crate) enum CliCommand {
         #[arg(short, long, value_name = "FOLDER")]
         output: PathBuf,
     },
+    /// Serve the operator's panel to a browser: from the drawing to the report, by touch.
+    #[cfg(unix)]
+    Panel(crate::panel::PanelArguments),
     /// Run an end-to-end job with the built-in drawing and the simulated machine, and write a report.
     Demo {
         /// Folder for the plan, the pictures and the report.

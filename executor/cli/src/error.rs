@@ -92,6 +92,10 @@ pub enum CliError {
     #[cfg(unix)]
     #[error(transparent)]
     Simulate(#[from] StandaloneError),
+    /// The panel cannot serve.
+    #[cfg(unix)]
+    #[error(transparent)]
+    Panel(#[from] keepout_panel::server::ServeError),
     /// The controller could not be examined.
     #[error(transparent)]
     Examine(#[from] ExamineError),
@@ -195,6 +199,8 @@ impl CliError {
             Self::Simulate(StandaloneError::File(_)) => 7,
             #[cfg(unix)]
             Self::Simulate(_) => 2,
+            #[cfg(unix)]
+            Self::Panel(_) => 6,
             Self::Port(_) | Self::Examine(_) | Self::Record(_) | Self::Stopped(_) => 6,
         })
     }

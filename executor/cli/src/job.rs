@@ -312,18 +312,7 @@ pub fn new(arguments: &NewArguments) -> Result<ExitCode, CliError> {
         );
         return Err(CliError::Argument(reason));
     }
-    let unwritable = || OUTPUT.write_error(&folder);
-    std::fs::create_dir_all(&folder).map_err(unwritable())?;
-    OUTPUT.write(&folder.join(&name), &bytes)?;
-    let text = |value: &str| toml::Value::String(value.into()).to_string();
-    let side = side.to_possible_value().map_or(String::new(), |value| value.get_name().into());
-    let file = TEMPLATE
-        .replace("{drawing}", &text(&name))
-        .replace("{machine}", &text(machine))
-        .replace("{tool}", &text(tool))
-        .replace("{side}", &text(&side))
-        .replace("{part}", &text(&stem));
-    OUTPUT.write(&folder.join("job.toml"), file.as_bytes())?;
+    write_job(&folder, (&name, &bytes), machine, tool, *side)?;
     let shown = folder.display();
     println!("{:<36} {shown}", "job");
     println!("Next:");
@@ -333,6 +322,34 @@ pub fn new(arguments: &NewArguments) -> Result<ExitCode, CliError> {
     println!("  keepout run {shown} --homed  jog, and cut the contours");
     println!("  keepout report {shown}       the page that goes with the part");
     Ok(ExitCode::SUCCESS)
+}
+
+/// Makes a job of a drawing in a new folder, for a tool of 6 mm outside the part.
+#[cfg(unix)]
+pub fn make(folder: &Path, name: &str, bytes: &[u8], machine: &str) -> Result<(), CliError> {
+    write_job(folder, (name, bytes), machine, "6", SideArgument::Outside)
+}
+
+/// Writes the folder of a job: the drawing and the settings.
+fn write_job(
+    folder: &Path,
+    (name, bytes): (&str, &[u8]),
+    machine: &str,
+    tool: &str,
+    side: SideArgument,
+) -> Result<(), CliError> {
+    std::fs::create_dir_all(folder).map_err(OUTPUT.write_error(folder))?;
+    OUTPUT.write(&folder.join(name), bytes)?;
+    let text = |value: &str| toml::Value::String(value.into()).to_string();
+    let side = side.to_possible_value().map_or(String::new(), |value| value.get_name().into());
+    let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
+    let file = TEMPLATE
+        .replace("{drawing}", &text(name))
+        .replace("{machine}", &text(machine))
+        .replace("{tool}", &text(tool))
+        .replace("{side}", &text(&side))
+        .replace("{part}", &text(&stem));
+    Ok(OUTPUT.write(&folder.join("job.toml"), file.as_bytes())?)
 }
 
 const TEMPLATE: &str = "\

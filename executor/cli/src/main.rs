@@ -2,6 +2,7 @@
 
 mod align;
 mod arguments;
+mod at_port;
 mod before;
 mod conformance;
 mod demo;
@@ -17,6 +18,9 @@ mod input;
 mod job;
 mod new_machine;
 mod operator_setup;
+mod outputs;
+#[cfg(unix)]
+mod panel;
 mod plan;
 mod replay;
 mod report;
@@ -30,6 +34,7 @@ mod shown_unit;
 mod simulate;
 mod store;
 mod take;
+mod taken;
 mod touch_places;
 mod values;
 mod view;
@@ -61,6 +66,8 @@ fn execute(arguments: Arguments) -> Result<ExitCode, CliError> {
         CliCommand::Replay(arguments) => replay::replay(&arguments),
         CliCommand::Report(arguments) => report::report(&arguments),
         CliCommand::Doctor(arguments) => doctor::doctor(&arguments),
+        #[cfg(unix)]
+        CliCommand::Panel(arguments) => panel::panel(&arguments),
         CliCommand::Drives(command) => drives::drives(&command),
         #[cfg(unix)]
         CliCommand::Simulate(arguments) => simulate::simulate(&arguments),

@@ -21,6 +21,7 @@ use keepout_planner::select::Selection;
 use keepout_planner::{plan_file, sha256};
 
 use super::job::{JobFolder, keep_earlier};
+pub use super::outputs::{given, refuse_same};
 use super::shell::print_lines;
 use super::store::{SIMULATED, StoredMachine};
 use super::{CertifyTime, CliError, DrawingArguments, InspectArguments, PlanArguments, ShowArguments};
@@ -162,28 +163,11 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     let missing = |what: &str| CliError::Argument(format!("give {what}, or the folder of a job"));
     let output = arguments.output.as_ref().ok_or_else(|| missing("the output file with -o"))?;
     let tool_diameter_mm = arguments.tool_diameter.ok_or_else(|| missing("--tool-diameter"))?;
-    let machine = match (&arguments.machine_profile, &arguments.machine) {
-        (Some(path), _) => MachineProfile::load(path)?,
-        (None, Some(name)) if name == SIMULATED && arguments.depth.thickness_mm.is_some() => {
-            MachineProfile::simulated_three_axes()
-        }
-        (None, Some(name)) => StoredMachine::named(name)?.profile,
-        (None, None) if arguments.depth.thickness_mm.is_some() => MachineProfile::simulated_three_axes(),
-        (None, None) => MachineProfile::simulated(),
-    };
-    let inputs = [Some(path), arguments.machine_profile.as_ref(), arguments.alignment.as_ref()];
-    refuse_same(&given(&inputs), &[output])?;
-    let stock_to_leave_mm = arguments.stock_to_leave_mm.unwrap_or(0.2);
-    if !(0.0..=1000.0).contains(&stock_to_leave_mm) {
-        let reason = format!("--stock-to-leave-mm {stock_to_leave_mm} must be between 0 and 1000");
-        return Err(CliError::Argument(reason));
-    }
-    let mut request = request_of(&arguments.drawing)?;
-    if let Some(alignment) = &arguments.alignment {
-        request.choice.placed = AlignmentFile::load(alignment)?.placed();
-    }
-    apply_choices(&mut request, arguments, (tool_diameter_mm, stock_to_leave_mm));
-    request.job.depth = arguments.depth.parameters()?;
+    refuse_same(
+        &given(&[Some(path), arguments.machine_profile.as_ref(), arguments.alignment.as_ref()]),
+        &[output],
+    )?;
+    let (request, machine) = order_of(arguments, tool_diameter_mm)?;
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let certified = make(path, &bytes, &request, &machine, arguments.drawing.limit_s)?;
     let replaced = match &job {
@@ -208,6 +192,34 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
         write_section(&picture, section_svg(&certified, &certified.plan.provenance.name, &[]))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The plan request and the machine of the arguments.
+pub fn order_of(
+    arguments: &PlanArguments,
+    tool_diameter_mm: f64,
+) -> Result<(PlanRequest, MachineProfile), CliError> {
+    let machine = match (&arguments.machine_profile, &arguments.machine) {
+        (Some(path), _) => MachineProfile::load(path)?,
+        (None, Some(name)) if name == SIMULATED && arguments.depth.thickness_mm.is_some() => {
+            MachineProfile::simulated_three_axes()
+        }
+        (None, Some(name)) => StoredMachine::named(name)?.profile,
+        (None, None) if arguments.depth.thickness_mm.is_some() => MachineProfile::simulated_three_axes(),
+        (None, None) => MachineProfile::simulated(),
+    };
+    let stock_to_leave_mm = arguments.stock_to_leave_mm.unwrap_or(0.2);
+    if !(0.0..=1000.0).contains(&stock_to_leave_mm) {
+        let reason = format!("--stock-to-leave-mm {stock_to_leave_mm} must be between 0 and 1000");
+        return Err(CliError::Argument(reason));
+    }
+    let mut request = request_of(&arguments.drawing)?;
+    if let Some(alignment) = &arguments.alignment {
+        request.choice.placed = AlignmentFile::load(alignment)?.placed();
+    }
+    apply_choices(&mut request, arguments, (tool_diameter_mm, stock_to_leave_mm));
+    request.job.depth = arguments.depth.parameters()?;
+    Ok((request, machine))
 }
 
 /// Puts the choices of the command line into the request: contours, layers, and the cut.
@@ -318,8 +330,7 @@ pub fn plan_path(path: &Path) -> Result<PathBuf, CliError> {
 }
 
 pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
-    let job = JobFolder::at(&arguments.plan)?;
-    let own = job.as_ref().map(|job| job.path("plan.svg"));
+    let own = JobFolder::at(&arguments.plan)?.map(|job| job.path("plan.svg"));
     let output =
         arguments.output.clone().or(own).ok_or_else(|| {
             CliError::Argument("give the output file with -o, or the folder of a job".into())
@@ -351,40 +362,6 @@ pub fn verify(path: &Path, time: CertifyTime) -> Result<ExitCode, CliError> {
     println!("drawing hash {}", sha256::hex(&certified.plan.provenance.hash));
     println!("{}", certified.proved());
     Ok(ExitCode::SUCCESS)
-}
-
-/// Refuses an output that is also an input, or that two outputs share.
-pub fn refuse_same(inputs: &[&Path], outputs: &[&Path]) -> Result<(), CliError> {
-    let read: Vec<PathBuf> = inputs.iter().filter_map(|input| std::fs::canonicalize(input).ok()).collect();
-    let mut written: Vec<PathBuf> = Vec::new();
-    for output in outputs {
-        let place = place_of(output);
-        let reason = match (read.contains(&place), written.contains(&place)) {
-            (true, _) => "is an input, so it is not overwritten. Choose another output.",
-            (_, true) => {
-                "is given for two outputs: one would overwrite the other. Choose another path for one of \
-                 them."
-            }
-            _ => {
-                written.push(place);
-                continue;
-            }
-        };
-        return Err(CliError::Argument(format!("{} {reason}", output.display())));
-    }
-    Ok(())
-}
-
-/// The paths that are present.
-pub fn given<'a>(paths: &[Option<&'a PathBuf>]) -> Vec<&'a Path> {
-    paths.iter().flatten().map(|path| path.as_path()).collect()
-}
-
-/// The canonical path of a file that exists, or will exist.
-fn place_of(path: &Path) -> PathBuf {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let there = || Some(std::fs::canonicalize(folder).ok()?.join(path.file_name()?));
-    std::fs::canonicalize(path).ok().or_else(there).unwrap_or_else(|| path.to_path_buf())
 }
 
 /// Writes a whole file. On an error, an existing file does not change.

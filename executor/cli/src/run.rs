@@ -11,20 +11,19 @@ use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, LogWriter, rfc_3339};
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{
-    EventLog, Going, NoEventLog, RealClock, RunFacts, Sample, SampleKind, SessionSetup, picture_of_run,
-    section_of_run,
+    EventLog, Going, NoEventLog, RunFacts, Sample, SessionSetup, picture_of_run, section_of_run,
 };
-use keepout_executor::supervisor::{Options, Phase, PreparedPlan, Supervisor};
-use keepout_guard::Time;
+use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::Mm2;
 use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::{place_mm, point_from_mm};
+use keepout_planner::units::point_from_mm;
 use keepout_sim::ServoConfig;
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 
 use super::align::placed;
+use super::at_port::PortSession;
 use super::before::{
     ConfirmPage, OperatorName, check_output, default_log, limit, place, refuse_incomplete,
     refuse_margin_of_simulation, refuse_unknown_top,
@@ -121,23 +120,10 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
                 work,
                 &run,
                 (setup.operator, Display::new(setup.screen, setup.panel, arguments)),
-                &Recording { log, operator, machine, simulated: true, dry_run: arguments.dry_run },
+                &LogFacts { log, operator, machine, simulated: true, dry_run: arguments.dry_run },
                 &outputs,
             )
         }
-    }
-}
-
-/// Checks the longest answer time, 0.5 to 60 s.
-///
-/// Below 0.5 s a healthy controller that homes or starts would count as silent. After 60 s the operator no
-/// longer watches.
-fn answer_within(arguments: &RunArguments) -> Result<Duration, CliError> {
-    let given = arguments.answer_within_s;
-    if (0.5..=60.0).contains(&given) {
-        Ok(Duration::from_secs_f64(given))
-    } else {
-        Err(CliError::Argument(format!("--answer-within-s {given} is not between 0.5 and 60 s")))
     }
 }
 
@@ -194,10 +180,10 @@ fn note_of_drives(plan: &CertifiedPlan, run: &SimRun) -> Option<String> {
 }
 
 /// Output files of a run.
-struct Outputs {
+pub struct Outputs {
     report: Option<PathBuf>,
     picture: Option<PathBuf>,
-    log: Option<PathBuf>,
+    pub log: Option<PathBuf>,
     /// Whether the program chose the log's name.
     names_log: bool,
     /// The report of the job.
@@ -209,7 +195,7 @@ struct Outputs {
 }
 
 impl Outputs {
-    fn of(arguments: &RunArguments, log: Option<PathBuf>) -> Self {
+    pub fn of(arguments: &RunArguments, log: Option<PathBuf>) -> Self {
         let page = arguments.job_report.as_ref();
         Self {
             report: arguments.report.clone(),
@@ -229,19 +215,19 @@ pub fn dialect_name(arguments: &RunArguments) -> Result<DialectName, CliError> {
 }
 
 /// Facts about a session that its log states.
-struct Recording<'a> {
+pub struct LogFacts<'a> {
     /// The log file, if the user wants one.
-    log: Option<&'a Path>,
-    operator: &'a str,
+    pub log: Option<&'a Path>,
+    pub operator: &'a str,
     /// Name of the machine and its port.
-    machine: String,
-    simulated: bool,
-    dry_run: bool,
+    pub machine: String,
+    pub simulated: bool,
+    pub dry_run: bool,
 }
 
-impl Recording<'_> {
+impl LogFacts<'_> {
     /// Creates the event log, or a log that drops its events.
-    fn event_log(&self, setup: &SessionSetup) -> Result<Box<dyn EventLog>, CliError> {
+    pub fn event_log(&self, setup: &SessionSetup) -> Result<Box<dyn EventLog>, CliError> {
         let Some(path) = self.log else { return Ok(Box::new(NoEventLog)) };
         let header = Header {
             began: rfc_3339(SystemTime::now()),
@@ -259,7 +245,7 @@ fn on_simulation(
     work: PreparedPlan,
     run: &SimRun,
     (operator, mut display): (Box<dyn Operator + Send>, Display),
-    recording: &Recording<'_>,
+    recording: &LogFacts<'_>,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
     let scene = Scene::of(work, run)?;
@@ -281,10 +267,8 @@ fn on_port(
     progress: Progress,
     outputs: &Outputs,
 ) -> Result<ExitCode, CliError> {
-    let machine = work.plan.plan.machine.clone();
-    let dialect_name = dialect_name(arguments)?;
     refuse_unknown_top(arguments, &work.plan)?;
-    let place = place(&work.plan, &machine, arguments)?;
+    let place = place(&work.plan, &work.plan.plan.machine, arguments)?;
     let log = outputs.log.as_deref();
     let page = ConfirmPage {
         plan: &work.plan,
@@ -298,60 +282,19 @@ fn on_port(
     let port = Serial::open(name, arguments.baud())?;
     page.confirm()?;
     let setup = set_up(arguments, operator, jog.as_secs_f64(), true)?;
-    let options = Options {
-        feed_mm_min: arguments.feed_mm_min(),
-        home: arguments.home,
-        travel: place.travel,
-        heights: place.heights(),
-        answer_within: answer_within(arguments)?,
-        baud: arguments.baud(),
-        progress,
-    };
-    let config = place.config(&machine);
-    let session_setup = SessionSetup { work, options, dialect: dialect_name, config };
-    let on = format!("{} on {name}, {} baud", machine.name, arguments.baud());
-    let recording = Recording {
-        log,
-        operator: &operator.name,
-        machine: on.clone(),
-        simulated: arguments.simulate,
-        dry_run: arguments.dry_run,
-    };
-    let event_log = recording.event_log(&session_setup)?;
-    let mut session = session_setup.session(port, setup.operator, event_log);
-    if setup.recovers {
-        session = session.recovering(Box::new(|| Serial::open(name, arguments.baud())));
-    }
     let mut display = Display::new(setup.screen, setup.panel, arguments);
-    let mut samples: Vec<Sample> = Vec::new();
-    let mut last = Time::ZERO;
-    let outcome = session.run(&mut RealClock::default(), limit, |session, now| {
-        let supervisor = session.supervisor();
-        display.show(supervisor, None, now);
-        last = now;
-        let sample = reported(supervisor, now).filter(|_| samples.len() < 2_000_000);
-        let before = samples.last().map(|last| last.position_mm);
-        samples.extend(sample.filter(|sample| before != Some(sample.position_mm)));
-        Going::On
-    })?;
+    let at_port = PortSession { work, place, arguments, progress, log, operator: &operator.name, limit };
+    let (supervisor, facts, samples) =
+        at_port.run(port, (setup.operator, setup.recovers), &mut |supervisor, now| {
+            display.show(supervisor, None, now);
+            Going::On
+        })?;
     display.finish();
-    let supervisor = session.into_supervisor();
-    let facts = RunFacts {
-        setting: format!("{on}; positions as reported"),
-        ..RunFacts::of(&supervisor, outcome, last.elapsed().as_secs_f64())
-    };
     finish(supervisor.work(), &facts, &samples, outputs)
 }
 
-/// The sample of the tool's last reported position.
-fn reported(supervisor: &Supervisor, at: Time) -> Option<Sample> {
-    let contouring = supervisor.phase() == Phase::Contouring;
-    let kind = if contouring { SampleKind::Run } else { SampleKind::Jog };
-    Some(Sample { at, position_mm: place_mm(supervisor.position()?), kind })
-}
-
 /// Prints the summary, writes the output files, and returns the exit code.
-fn finish(
+pub fn finish(
     work: &PreparedPlan,
     facts: &RunFacts,
     samples: &[Sample],

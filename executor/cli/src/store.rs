@@ -83,6 +83,13 @@ fn names(kind: &str) -> Result<Vec<String>, CliError> {
     Ok(names)
 }
 
+/// The names of all machines, the simulated one first.
+#[cfg(unix)]
+pub fn machine_names() -> Vec<String> {
+    let stored = names("machine").unwrap_or_default();
+    std::iter::once(SIMULATED.to_string()).chain(stored).collect()
+}
+
 /// The file of a name that is stored.
 fn known(kind: &str, name: &str) -> Result<PathBuf, CliError> {
     let path = path_of(kind, name)?;

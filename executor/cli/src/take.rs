@@ -8,38 +8,33 @@ use std::io::IsTerminal;
 use std::time::Duration;
 
 use keepout_executor::dialect::DialectName;
-use keepout_executor::operator::{Operator, OperatorView, Panel};
+use keepout_executor::operator::Panel;
 use keepout_executor::session::serial::Serial;
 use keepout_executor::session::{Going, NoEventLog, PlacedZ, RealClock, SessionSetup, TablePlacement};
-use keepout_executor::supervisor::{
-    OperatorCommand, OperatorInput, Options, Phase, PreparedPlan, Supervisor,
-};
+use keepout_executor::supervisor::{Options, PreparedPlan, Supervisor};
 use keepout_guard::Time;
 use keepout_kernel::exact::segment::Window;
-use keepout_kernel::{Height, LatticeError, Place, Vector};
+use keepout_kernel::{Height, LatticeError, Vector};
 use keepout_planner::align::ProbePoint;
 use keepout_planner::depth::{DepthParameters, EntryMove};
 use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::profile::{MachinedSide, Profile};
 use keepout_planner::request::PlanRequest;
-use keepout_planner::units::{height_from_mm, length_up_from_mm, mm, point_from_mm, point_mm};
+use keepout_planner::units::{height_from_mm, length_up_from_mm, point_from_mm};
 use keepout_planner::{Mm2, Mm3};
 
 use super::CliError;
 use super::shown_unit::ShownUnit;
 use super::store::StoredMachine;
+use super::taken::{SAFE_MM, SpindleStands, TakeOutcome, TakenPlaces, on_machine, rests};
 pub use super::touch_places::TakeMethod;
 use super::touch_places::{TOUCHES, TouchPlace, places};
 use crate::input::Keyboard;
 
 /// Fastest jog while the place of the part is unknown, mm/s.
 const SPEED_MM_S: f64 = 10.0;
-/// Distance of the end of travel above height zero of the session's plan, mm.
-const SAFE_MM: f64 = 1.0;
 /// Place of the session's square, beyond every travel, mm.
 const BEYOND_MM: f64 = 5200.0;
-/// Longest time from the take key until the rest of the tool is confirmed.
-const SETTLES_WITHIN: Duration = Duration::from_millis(500);
 /// Time between two lines with the position.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
 
@@ -87,7 +82,12 @@ pub fn take(
         eprintln!("THE SPINDLE MUST STAND.");
     }
     let taken = jogged(&places, machine, (home, climbs), unit)?;
-    let each = places.iter().zip(&taken);
+    touched(method, &places, &taken)
+}
+
+/// The probe points of the places that were taken for a method.
+pub fn touched(method: TakeMethod, places: &[TouchPlace], taken: &[Mm3]) -> Result<Taken, CliError> {
+    let each = places.iter().zip(taken);
     let touch = |(place, at): (&TouchPlace, &Mm3)| {
         Some(ProbePoint { drawing_mm: place.drawing_mm?, machine_mm: at.plane() })
     };
@@ -124,7 +124,7 @@ fn centre_of(a: Mm2, b: Mm2, c: Mm2) -> Option<Mm2> {
 }
 
 /// Whether the machine moves a third axis.
-fn climbs(machine: &StoredMachine) -> Result<bool, CliError> {
+pub fn climbs(machine: &StoredMachine) -> Result<bool, CliError> {
     Ok(machine.profile.z.is_some() && dialect(machine)?.has_third_axis())
 }
 
@@ -159,18 +159,14 @@ fn nothing_to_protect(machine: &MachineProfile, climbs: bool) -> Result<Prepared
     Ok(PreparedPlan::new(plan))
 }
 
-/// The machine coordinates of the places, as the operator takes them.
-fn jogged(
-    places: &[TouchPlace],
-    machine: &StoredMachine,
-    (home, climbs): (bool, bool),
-    unit: ShownUnit,
-) -> Result<Vec<Mm3>, CliError> {
-    let StoredMachine { port, baud, profile, .. } = machine;
-    let dialect = dialect(machine)?;
+/// The session in which the operator touches places. Nothing but the travel is protected.
+pub fn touch_session(machine: &StoredMachine, home: bool) -> Result<SessionSetup, CliError> {
+    let StoredMachine { baud, profile, .. } = machine;
+    let (dialect, climbs) = (dialect(machine)?, climbs(machine)?);
     let work = nothing_to_protect(profile, climbs)?;
     let place = whole_travel(profile, climbs)
         .map_err(|source| CliError::Argument(format!("the machine's travel: {source}")))?;
+    place.moved_by(&dialect)?;
     let options = Options {
         feed_mm_min: 100,
         home,
@@ -181,20 +177,28 @@ fn jogged(
         progress: keepout_planner::job::Progress::default(),
     };
     let config = place.config(profile);
-    let setup = SessionSetup { work, options, dialect, config };
-    let serial = Serial::open(port, *baud)?;
-    place.moved_by(&setup.dialect)?;
+    Ok(SessionSetup { work, options, dialect, config })
+}
+
+/// The machine coordinates of the places, as the operator takes them.
+fn jogged(
+    places: &[TouchPlace],
+    machine: &StoredMachine,
+    (home, climbs): (bool, bool),
+    unit: ShownUnit,
+) -> Result<Vec<Mm3>, CliError> {
+    let setup = touch_session(machine, home)?;
+    let serial = Serial::open(&machine.port, machine.baud)?;
     let panel = Panel::default();
     let keyboard = Keyboard::open(panel.clone())?;
-    let operator = Box::new(SpindleStands { keyboard, stated: !climbs });
+    let operator = Box::new(SpindleStands::new(keyboard, climbs));
     let mut session = setup.session(serial, operator, Box::new(NoEventLog));
     let mut taking = Taking {
         places,
         unit,
         panel,
-        taken: Vec::new(),
+        taken: TakenPlaces::default(),
         seen: 0,
-        asked: None,
         told: None,
         shown: (String::new(), Time::ZERO),
     };
@@ -207,12 +211,12 @@ fn jogged(
     if let Some(fault) = outcome.fault() {
         return Err(CliError::Stopped(fault.to_string()));
     }
-    if taking.taken.len() < places.len() {
+    if taking.taken.taken.len() < places.len() {
         return Err(CliError::Argument(
             "ended before every place was taken: no alignment was written. Start again.".into(),
         ));
     }
-    Ok(taking.taken)
+    Ok(taking.taken.taken)
 }
 
 /// The whole travel of a machine, in its own coordinates. Height zero of the plan is below the end of travel.
@@ -228,39 +232,14 @@ fn whole_travel(profile: &MachineProfile, climbs: bool) -> Result<TablePlacement
     Ok(TablePlacement { offset: Vector { dx: 0, dy: 0 }, travel, z })
 }
 
-/// A keyboard whose operator has stated that the spindle stands.
-struct SpindleStands {
-    keyboard: Keyboard,
-    stated: bool,
-}
-
-impl Operator for SpindleStands {
-    fn input(&mut self, view: &OperatorView, now: Time) -> OperatorInput {
-        self.keyboard.input(view, now)
-    }
-
-    fn command(&mut self) -> Option<OperatorCommand> {
-        if !std::mem::replace(&mut self.stated, true) {
-            return Some(OperatorCommand::Spindle { runs: false });
-        }
-        self.keyboard.command()
-    }
-
-    fn every(&self) -> Duration {
-        self.keyboard.every()
-    }
-}
-
 /// The places that are taken, and what the operator sees.
 struct Taking<'a> {
     places: &'a [TouchPlace],
     unit: ShownUnit,
     panel: Panel,
-    taken: Vec<Mm3>,
+    taken: TakenPlaces,
     /// Number of take keys that were read.
     seen: usize,
-    /// A place that is not taken yet, because its rest is not confirmed, and the time of its key.
-    asked: Option<(Mm3, Time)>,
     told: Option<usize>,
     /// The last line with the position, and its time.
     shown: (String, Time),
@@ -268,10 +247,8 @@ struct Taking<'a> {
 
 impl Taking<'_> {
     fn watch(&mut self, supervisor: &Supervisor, now: Time) -> Going {
-        let ready = matches!(supervisor.phase(), Phase::Manual | Phase::Sliding);
-        let count = self.taken.len();
-        let rests = ready && supervisor.is_at_rest() && supervisor.guard().in_position();
-        if rests && self.told != Some(count) {
+        let count = self.taken.taken.len();
+        if rests(supervisor) && self.told != Some(count) {
             self.told = Some(count);
             if let Some(place) = self.places.get(count) {
                 let at = place.drawing_mm.map_or(String::new(), |at| format!(" {}", self.unit.place(at)));
@@ -279,32 +256,21 @@ impl Taking<'_> {
                 self.line(&format!("place {number} of {all}: {words}{at}. Press t there."));
             }
         }
-        let zero_mm = if supervisor.height_mm().is_some() { -SAFE_MM } else { 0.0 };
-        let in_machine = |place: Place| point_mm(place.point).at_height(mm(place.height.units()) + zero_mm);
-        let position = supervisor.position().map(in_machine);
         let climbs = supervisor.height_mm().is_some();
-        self.show(position, climbs, now);
-        if self.panel.taken() > self.seen {
-            self.seen = self.panel.taken();
-            match position.filter(|_| ready) {
-                Some(at) => self.asked = Some((at, now)),
-                None => self.line("not taken: the session is not ready. Press t when it is."),
-            }
-        }
-        if let Some((at, asked)) = self.asked {
-            if position != Some(at) || now.since(asked) >= SETTLES_WITHIN {
-                self.asked = None;
-                self.line("not taken: the machine moves. Let it come to rest, and press t again.");
-            } else if rests {
-                self.asked = None;
-                self.taken.push(at);
+        self.show(on_machine(supervisor), climbs, now);
+        let key = self.panel.taken() > self.seen;
+        self.seen = self.panel.taken();
+        match self.taken.watch(supervisor, key, now) {
+            TakeOutcome::Nothing => {}
+            TakeOutcome::Refused(reason) => self.line(reason),
+            TakeOutcome::Taken(at) => {
                 let place = self.unit.place(at.plane());
                 let height = if climbs { format!(", z {}", self.unit.length(at.z)) } else { String::new() };
                 let (number, all) = (count + 1, self.places.len());
                 self.line(&format!("taken {number} of {all}: machine position {place}{height}"));
             }
         }
-        if self.taken.len() == self.places.len() { Going::Halt } else { Going::On }
+        if self.taken.taken.len() == self.places.len() { Going::Halt } else { Going::On }
     }
 
     /// Shows the position and the speed or step in one line. When they change, a new text replaces the line.
@@ -337,6 +303,8 @@ const CLEARED: &str = "\r\x1b[K";
 
 #[cfg(test)]
 mod tests {
+    use keepout_planner::units::mm;
+
     use super::*;
 
     #[test]

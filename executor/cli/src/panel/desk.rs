@@ -1,0 +1,334 @@
+//! The workbench of the panel: one job at a time, step by step.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+
+use keepout_executor::session::place_on_table;
+use keepout_executor::supervisor::PreparedPlan;
+use keepout_panel::bench::{
+    BenchRequest, Document, DocumentName, JobStep, JobView, MapView, SessionKind, SessionWords, TouchView,
+    Workbench,
+};
+use keepout_panel::hub::Hub;
+use keepout_planner::job::Progress;
+use keepout_planner::units::vector_mm;
+use keepout_planner::{Mm2, Mm3};
+
+use super::open_job::OpenJob;
+use super::sessions::{Running, SessionOrder, start};
+use crate::error::CliError;
+use crate::store::{SIMULATED, StoredMachine};
+use crate::touch_places::TouchPlace;
+
+/// Most jobs that the page lists.
+const JOBS_MAX: usize = 100;
+
+/// The workbench.
+pub struct Desk {
+    /// The meeting place with the browsers.
+    pub hub: Hub,
+    folder: PathBuf,
+    /// The simulated machine of this program.
+    simulated: StoredMachine,
+    state: Mutex<DeskState>,
+    words: Mutex<SessionWords>,
+    revision: AtomicU64,
+    own: std::sync::Weak<Desk>,
+}
+
+#[derive(Default)]
+struct DeskState {
+    job: Option<OpenJob>,
+    running: Option<Running>,
+    message: Option<String>,
+    /// The next run begins a new part.
+    next_part: bool,
+}
+
+impl Desk {
+    /// The workbench over a folder of jobs.
+    pub fn new(hub: Hub, folder: PathBuf, simulated: StoredMachine) -> Arc<Self> {
+        Arc::new_cyclic(|own| Self {
+            hub,
+            folder,
+            simulated,
+            state: Mutex::default(),
+            words: Mutex::default(),
+            revision: AtomicU64::new(1),
+            own: own.clone(),
+        })
+    }
+
+    fn state(&self) -> MutexGuard<'_, DeskState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn changed(&self) {
+        self.revision.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Shows a message to the person.
+    pub fn tell(&self, text: &str) {
+        self.state().message = Some(text.into());
+        self.changed();
+    }
+
+    /// A place was taken.
+    pub fn taken(&self, at: Mm3) {
+        if let Some(job) = &mut self.state().job {
+            job.taken.push(at);
+        }
+        self.changed();
+    }
+
+    /// The plan of the session that begins.
+    pub fn prepared(&self, work: PreparedPlan) {
+        if let Some(job) = &mut self.state().job {
+            job.work = Some(work);
+        }
+        self.changed();
+    }
+
+    /// Takes the words of the session, unless the page just reads them. Returns whether they were taken.
+    pub fn say(&self, words: SessionWords, progress: Option<Progress>) -> bool {
+        match self.words.try_lock() {
+            Ok(mut slot) => *slot = words,
+            Err(TryLockError::Poisoned(broken)) => *broken.into_inner() = words,
+            Err(TryLockError::WouldBlock) => return false,
+        }
+        if let Some(progress) = progress {
+            let Ok(mut state) = self.state.try_lock() else { return false };
+            if let Some(job) = &mut state.job {
+                job.progress = progress;
+            }
+            self.changed();
+        }
+        true
+    }
+
+    /// A session has ended: with an outcome, or with what went wrong.
+    pub fn session_ended(&self, kind: SessionKind, told: Result<Option<String>, String>) {
+        let mut state = self.state();
+        state.running = None;
+        let message = match (told, kind, &mut state.job) {
+            (Ok(_), SessionKind::Touch, Some(job)) => job.align().err().map(|error| error.to_string()),
+            (Ok(outcome), kind, Some(job)) => {
+                job.ended(kind);
+                outcome
+            }
+            (Err(reason), ..) => Some(reason),
+            (Ok(outcome), ..) => outcome,
+        };
+        state.message = message;
+        drop(state);
+        self.changed();
+    }
+
+    /// The folder of a job with this name. Only names of the folder count, so no path leads elsewhere.
+    fn job_folder(&self, name: &str) -> Result<PathBuf, CliError> {
+        let known = jobs_of(&self.folder).into_iter().find(|known| known == name);
+        let unknown =
+            || CliError::Argument(format!("there is no job \"{}\"", keepout_planner::text_file::shown(name)));
+        known.map(|name| self.folder.join(name)).ok_or_else(unknown)
+    }
+
+    /// The machine of a job. The simulated one is behind a port of this program.
+    fn machine_of(&self, job: &OpenJob) -> Result<StoredMachine, CliError> {
+        let machine = job.folder.machine()?;
+        Ok(if machine.port.is_empty() { self.simulated.clone() } else { machine })
+    }
+
+    /// Ends the session that runs, and waits for it.
+    pub fn shut_down(&self) {
+        let running = self.state().running.take();
+        if let Some(running) = running {
+            running.halt.store(true, Ordering::Relaxed);
+            let _ = running.thread.join();
+        }
+    }
+
+    fn act(&self, request: BenchRequest) -> Result<(), CliError> {
+        let mut state = self.state();
+        state.message = None;
+        match (request, &state.running) {
+            (BenchRequest::End {}, running) => {
+                running.iter().for_each(|running| running.halt.store(true, Ordering::Relaxed));
+                Ok(())
+            }
+            (BenchRequest::Take {}, running) => {
+                running.iter().for_each(|running| _ = running.takes.fetch_add(1, Ordering::Relaxed));
+                Ok(())
+            }
+            (_, Some(_)) => Err(CliError::Argument("a session runs: end it first".into())),
+            (BenchRequest::Open { name }, None) => {
+                let folder = self.job_folder(&name)?;
+                state.job = Some(OpenJob::open(&folder)?);
+                state.next_part = false;
+                Ok(())
+            }
+            (BenchRequest::Close {}, None) => {
+                state.job = None;
+                Ok(())
+            }
+            (BenchRequest::Begin { kind, home }, None) => self.begin(&mut state, kind, home),
+            (request, None) => change(&mut state, request),
+        }
+    }
+
+    /// Begins a session of the job.
+    fn begin(&self, state: &mut DeskState, kind: SessionKind, home: bool) -> Result<(), CliError> {
+        let job = state.job.as_mut().ok_or_else(no_job)?;
+        let machine = self.machine_of(job)?;
+        if kind == SessionKind::Touch {
+            job.begin_touching()?;
+        }
+        let resume = job.interrupted().filter(|_| kind == SessionKind::Cut && !state.next_part);
+        let order = SessionOrder {
+            kind,
+            home,
+            simulated: machine.port == self.simulated.port,
+            job: job.folder.clone(),
+            machine,
+            resume,
+            touches: job.touches.len(),
+        };
+        state.next_part &= kind != SessionKind::Cut;
+        let own = self.own.upgrade().ok_or_else(no_job)?;
+        let failed = |error| CliError::Argument(format!("the session cannot begin: {error}"));
+        state.running = Some(start(&own, order).map_err(failed)?);
+        Ok(())
+    }
+}
+
+fn no_job() -> CliError {
+    CliError::Argument("open a job first".into())
+}
+
+/// Changes a setting of the job.
+fn change(state: &mut DeskState, request: BenchRequest) -> Result<(), CliError> {
+    let job = state.job.as_mut().ok_or_else(no_job)?;
+    match request {
+        BenchRequest::Unit { unit } => job.set("units", unit.into()),
+        BenchRequest::LeaveOutOpen {} => job.set("leave_out_open", true.into()),
+        BenchRequest::Machine { name } => {
+            StoredMachine::named(&name)?;
+            job.set("machine", name.into())
+        }
+        BenchRequest::Plan { tool_um } => {
+            job.set("tool", format!("{}", f64::from(tool_um) / 1000.0).into())?;
+            job.plan()
+        }
+        BenchRequest::NextPart {} => {
+            state.next_part = true;
+            job.next_part();
+            Ok(())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The names of the jobs in a folder, in order.
+fn jobs_of(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_job = |path: &PathBuf| path.join("job.toml").is_file();
+    let names = entries.map(|entry| entry.path()).filter(is_job);
+    let mut names: Vec<String> =
+        names.filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
+    names.sort();
+    names.truncate(JOBS_MAX);
+    names
+}
+
+/// The name of a job for a drawing: letters and digits of the drawing's name.
+fn job_name(drawing: &str) -> String {
+    let stem = Path::new(drawing).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let plain = |c: char| if c.is_alphanumeric() || "-_".contains(c) { c } else { '-' };
+    let name: String = stem.chars().map(plain).take(60).collect();
+    if name.trim_matches('-').is_empty() { "drawing".into() } else { name }
+}
+
+impl Workbench for Desk {
+    fn job(&self) -> JobView {
+        let state = self.state();
+        let mut view = JobView {
+            jobs: jobs_of(&self.folder),
+            machines: crate::store::machine_names(),
+            running: state.running.as_ref().map(|running| running.kind),
+            message: state.message.clone(),
+            ..JobView::default()
+        };
+        let Some(job) = &state.job else { return view };
+        job.show(&mut view);
+        view.step = match (&view.running, view.step) {
+            (Some(SessionKind::Touch | SessionKind::DryRun), _) => JobStep::Place,
+            (Some(SessionKind::Cut), _) => JobStep::Rough,
+            (None, step) => step,
+        };
+        view
+    }
+
+    fn map(&self) -> MapView {
+        self.state().job.as_ref().map(|job| job.map.clone()).unwrap_or_default()
+    }
+
+    fn revision(&self) -> u64 {
+        self.revision.load(Ordering::Relaxed)
+    }
+
+    fn ask(&self, request: BenchRequest) -> Result<(), String> {
+        let done = self.act(request).map_err(|error| error.to_string());
+        self.changed();
+        done
+    }
+
+    fn drawing(&self, name: &str, bytes: &[u8]) -> Result<(), String> {
+        let made = || -> Result<(), CliError> {
+            let mut state = self.state();
+            if state.running.is_some() {
+                return Err(CliError::Argument("a session runs: end it first".into()));
+            }
+            let stem = job_name(name);
+            let free = (1..1000)
+                .map(|number| if number == 1 { stem.clone() } else { format!("{stem}-{number}") })
+                .find(|name| !self.folder.join(name).exists());
+            let free =
+                free.ok_or_else(|| CliError::Argument("too many jobs of this name: remove some".into()))?;
+            let folder = self.folder.join(free);
+            crate::job::make(&folder, &format!("{stem}.dxf"), bytes, SIMULATED)?;
+            state.job = Some(OpenJob::open(&folder)?);
+            state.next_part = false;
+            state.message = None;
+            Ok(())
+        };
+        let done = made().map_err(|error| error.to_string());
+        self.changed();
+        done
+    }
+
+    fn document(&self, name: DocumentName) -> Option<Document> {
+        let state = self.state();
+        let folder = &state.job.as_ref()?.folder;
+        let (file, media) = match name {
+            DocumentName::Picture => ("plan.svg", "image/svg+xml"),
+            DocumentName::Section => ("plan-section.svg", "image/svg+xml"),
+            DocumentName::Report => ("report.html", "text/html; charset=utf-8"),
+        };
+        Some(Document { media, bytes: std::fs::read(folder.path(file)).ok()? })
+    }
+
+    fn words(&self) -> SessionWords {
+        self.words.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// A place to touch, for the page.
+pub fn touch_view(place: &TouchPlace) -> TouchView {
+    TouchView { words: place.words.into(), at_mm: place.drawing_mm.map(|at| [at.x, at.y]) }
+}
+
+/// Where the drawing's origin probably lies, machine coordinates, mm: in the middle of the table.
+pub fn nominal_origin(work: &PreparedPlan) -> Option<Mm2> {
+    let place = place_on_table(&work.plan, &work.plan.plan.machine, None).ok()?;
+    Some(vector_mm(place.offset))
+}

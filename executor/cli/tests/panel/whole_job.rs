@@ -1,0 +1,138 @@
+//! The whole job by touch, from the list of jobs to the printed report.
+
+use std::time::Duration;
+
+use keepout_planner::Mm2;
+
+use crate::PanelProcess;
+use crate::browser::{Browser, Tab};
+
+/// The tool on the map, mm.
+fn tool(tab: &mut Tab<'_>) -> Mm2 {
+    let at = tab.value("panel.map.tool");
+    Mm2::new(at[0].as_f64().unwrap_or(f64::NAN), at[1].as_f64().unwrap_or(f64::NAN))
+}
+
+/// Jogs the tool to a place of the map by the pad, as the page shows it, to about a millimetre.
+fn jog_to(tab: &mut Tab<'_>, to: Mm2) {
+    let begun = std::time::Instant::now();
+    let centre = tab.place("#pad");
+    let radius = tab.value("document.querySelector('#pad').clientWidth / 2").as_f64().unwrap();
+    tab.push(Mm2::ZERO);
+    loop {
+        let at = tool(tab);
+        let (way, length) = (to - at, at.distance(to));
+        if length < 0.6 {
+            break;
+        }
+        assert!(begun.elapsed() < Duration::from_secs(60), "the tool is at {at}, and not at {to}");
+        let share = (length / 20.0).clamp(0.25, 0.95) / length;
+        tab.drag(&[centre + Mm2::new(way.x, -way.y) * (share * radius)]);
+        std::thread::sleep(Duration::from_millis(40));
+    }
+    tab.lift();
+    tab.wait("panel.state.session.rests");
+}
+
+/// Lowers or raises the tool by the button until the height is reached.
+fn lift_to(tab: &mut Tab<'_>, height_mm: f64) {
+    let below = tab.value("panel.state.session.height_mm").as_f64().unwrap() > height_mm;
+    let at = tab.place(if below { "↓" } else { "↑" });
+    tab.second_finger(&[at]);
+    let sign = if below { "<" } else { ">" };
+    tab.wait(&format!("panel.state.session.height_mm {sign} {height_mm}"));
+    tab.lift();
+    tab.wait("panel.state.session.rests");
+}
+
+#[test]
+fn demo_part_is_machined_by_touch() {
+    let Some(mut browser) = Browser::start("whole-job") else {
+        println!("skipped: no chromium");
+        return;
+    };
+    let panel = PanelProcess::start("whole-job");
+    let id = browser.open(&panel.url, (1280, 800));
+    let mut tab = browser.tab(&id);
+    tab.wait("globalThis.panel && panel.job");
+    tab.picture("1-jobs");
+    tab.tap("cover");
+    tab.wait("panel.job.name === 'cover'");
+    tab.picture("1-drawing");
+    tab.tap("This is my part");
+    tab.tap("Prove and save the plan");
+    tab.wait("panel.job.figures.length > 5");
+    tab.picture("2-planned");
+    tab.tap("Next");
+    tab.picture("3-place");
+    touch_off(&mut tab);
+    cut(&mut tab);
+    tab.wait("panel.job.running === null && panel.job.reported");
+    tab.wait("panel.job.contours.every((contour) => contour.state === 'cut')");
+    tab.picture("6-report");
+    let report = std::fs::read_to_string(panel.folder.join("cover/report.html")).unwrap();
+    assert!(report.contains("4 of 4 contours cut"), "{}", &report[..2000]);
+    let address = tab.value("location.origin + '/api/document/report'");
+    tab.send("Page.navigate", &serde_json::json!({ "url": address }));
+    tab.wait("document.body.innerText.includes('4 of 4 contours cut')");
+    assert!(tab.print("6-report") > 10_000);
+}
+
+/// Homes, and touches three edges and the top of a part that lies in the middle of the table.
+fn touch_off(tab: &mut Tab<'_>) {
+    tab.tap("Begin to touch off");
+    tab.tap("Home first");
+    tab.wait("panel.state.session && panel.state.session.phase === 'manual'");
+    tab.tap("100 %");
+    tab.picture("3-touch");
+    let places = tab.value("panel.job.touches[0].map((place) => place.at_mm)");
+    let (width, height) = (80.0, 50.0);
+    for (number, place) in (1..).zip(places.as_array().unwrap()) {
+        match (place[0].as_f64(), place[1].as_f64()) {
+            (Some(x), Some(y)) => {
+                let out = |c: f64, size: f64| {
+                    if c < 0.5 {
+                        -3.0
+                    } else if c > size - 0.5 {
+                        size + 3.0
+                    } else {
+                        c
+                    }
+                };
+                jog_to(tab, Mm2::new(out(x, width), out(y, height)));
+            }
+            _ => lift_to(tab, -20.0),
+        }
+        tab.tap("Take");
+        tab.wait(&format!("panel.job.touches[1] === {number}"));
+    }
+    tab.wait("panel.job.running === null");
+    assert_eq!(tab.value("panel.job.message"), serde_json::Value::Null);
+    tab.wait("panel.job.step === 'rough'");
+}
+
+/// Begins the session, lowers the tool beside the part, arms, and touches the part.
+fn cut(tab: &mut Tab<'_>) {
+    tab.tap("Begin to cut");
+    tab.tap("It is homed");
+    // The tool still stands on the top of the part.
+    tab.wait("panel.state.session && panel.state.session.phase === 'escaping'");
+    tab.picture("4-leave");
+    tab.tap("Raise");
+    tab.wait("panel.state.session.phase === 'manual' && panel.state.session.height_mm > 4.9");
+    tab.tap("Spindle stands");
+    tab.wait("panel.state.session.spindle === true");
+    tab.tap("50 %");
+    jog_to(tab, Mm2::new(-16.0, 25.0));
+    lift_to(tab, -0.8);
+    tab.picture("4-rough");
+    tab.hold("Hold 1 s to arm", Duration::from_millis(1300));
+    tab.wait("panel.state.session.armed");
+    tab.picture("4-armed");
+    tab.push(Mm2::new(1.0, 0.0));
+    tab.wait("panel.state.session.phase === 'contouring'");
+    tab.lift();
+    tab.picture("5-finish");
+    tab.wait_for("panel.state.session.phase === 'manual'", Duration::from_secs(240));
+    tab.tap("End the session");
+}
