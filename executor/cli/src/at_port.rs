@@ -20,9 +20,9 @@ use super::{CliError, RunArguments};
 #[cfg(unix)]
 use super::{
     align::placed,
-    before::{limit, place, refuse_margin_of_simulation, refuse_unknown_top},
+    before::{limit, place, refuse_incomplete, refuse_margin_of_simulation, refuse_unknown_top},
     plan::load,
-    resume::progress_of,
+    resume::{fits, progress_of},
     run::{Outputs, finish},
 };
 
@@ -120,9 +120,14 @@ pub fn steered(
     let arguments = &placed(arguments, &plan)?;
     let work = PreparedPlan::new(plan);
     let progress = match &arguments.resume {
-        Some(log) => progress_of(log, &work, &arguments.recut)?.0,
+        Some(log) => {
+            let (progress, header) = progress_of(log, &work, &arguments.recut)?;
+            fits(&header, &work.plan, arguments)?;
+            progress
+        }
         None => Progress::default(),
     };
+    refuse_incomplete(arguments)?;
     refuse_margin_of_simulation(arguments, &work.plan.plan.machine)?;
     refuse_unknown_top(arguments, &work.plan)?;
     let place = place(&work.plan, &work.plan.plan.machine, arguments)?;

@@ -11,6 +11,7 @@ export class Link {
     this.onState = onState;
     this.onRefused = onRefused;
     this.onLost = () => {};
+    this.onOpened = () => {};
     this.sequence = 0;
     this.seen = 0;
     this.heardAt = -Infinity;
@@ -21,6 +22,7 @@ export class Link {
   open() {
     const socket = new WebSocket(`ws://${location.host}/api/socket`);
     this.socket = socket;
+    let first = true;
     socket.onopen = () => { this.sequence = 0; };
     socket.onmessage = (event) => {
       const message = JSON.parse(event.data);
@@ -30,6 +32,8 @@ export class Link {
       }
       this.heardAt = performance.now();
       this.seen = message.now_us;
+      if (first) this.onOpened();
+      first = false;
       this.onState(message);
     };
     socket.onclose = () => {

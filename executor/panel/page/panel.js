@@ -63,9 +63,13 @@ class Panel {
     }
     // The pad is built again only when what it offers changes, so that a finger on it stays.
     const offers = JSON.stringify([this.deep(), session?.spindle, Boolean(session), FINISHING.includes(session?.phase)]);
-    const control = JSON.stringify([state.control, session?.phase, session?.armed]);
+    const kind = ["manual", "sliding"].includes(session?.phase) ? "steered" : session?.phase;
+    const control = JSON.stringify([state.control, kind, session?.armed]);
+    if (state.control.holder === "mine" && this.holder !== "mine") this.link.onOpened();
+    this.holder = state.control.holder;
     if (offers !== this.offers) {
       this.offers = offers;
+      this.steering.letGo();
       this.show();
     } else if (control !== this.control) this.bar();
     this.control = control;
@@ -109,7 +113,8 @@ class Panel {
     const parts = [];
     const session = state.session;
     if (job.running) {
-      parts.push(button("", () => this.stop(), { class: "hold" }));
+      // It acts when it is touched, and not when it is let go.
+      parts.push(button("", () => {}, { class: "hold", onpointerdown: () => this.stop() }));
       parts[0].append(words.hold, make("small", {}, words.hold_note));
       if (session?.phase === "holding") parts.push(button(words.go_on, () => this.link.command("cycle_start"), { class: "main" }));
       if (session?.phase === "faulted") parts.push(button(words.recover, () => this.link.command("recover"), { class: "main" }));
@@ -193,6 +198,7 @@ class Panel {
     else if (session) {
       [headline, detail] = words.phase[session.phase] ?? [session.phase, ""];
       tone = TONES[session.phase] ?? "";
+      if (tone === "calm" && session.phase === "manual" && state.control.holder !== "mine") [headline, detail, tone] = [...words.watching, ""];
       if (session.armed) [headline, detail, tone] = [...words.armed, "alert"];
       if (session.phase === "contouring") {
         const left = session.left_s === null ? "" : ` · ${words.left} ${Math.ceil(session.left_s / 6) / 10} ${words.min}`;

@@ -6,6 +6,9 @@ const EVERY_MS = 33;
 /** Dead zone and least deflection of a stick. */
 const DEAD = 0.15;
 
+/** An input that lets go. The server takes no other input before it, from a new connection and after a contour. */
+const LET_GO = { held: false, velocity: [0, 0], up: 0, step_mm: [0, 0], step_up_mm: 0, armed: false };
+
 /** Keys that jog: x, y, up. */
 const KEYS = {
   ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0],
@@ -31,6 +34,7 @@ export class Steering {
     setInterval(() => this.tick(), EVERY_MS);
     // What was held before the connection was lost does not go on after it.
     link.onLost = () => this.release();
+    link.onOpened = () => link.steer(LET_GO);
     addEventListener("blur", () => this.release());
     addEventListener("pagehide", () => this.release());
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.release(); });
@@ -42,10 +46,15 @@ export class Steering {
 
   /** Lets everything go, and disarms. */
   release() {
+    this.armed = false;
+    this.letGo();
+  }
+
+  /** Lets everything go. */
+  letGo() {
     this.pad = null;
     this.keys.clear();
     this.stepped = [0, 0, 0];
-    this.armed = false;
     this.tick();
   }
 
@@ -91,6 +100,8 @@ export class Steering {
       velocity = [velocity[0] + source.velocity[0], velocity[1] + source.velocity[1]];
       up += source.up;
     };
+    // A control that is no longer on the page is held by nobody.
+    if (this.pad && !this.pad.owner.isConnected) this.pad = null;
     if (this.pad) add(this.pad);
     for (const key of this.keys) add({ velocity: KEYS[key].slice(0, 2), up: KEYS[key][2] });
     const gamepad = document.hidden || !document.hasFocus() ? null : this.gamepad();
@@ -99,6 +110,8 @@ export class Steering {
     this.stepped = [0, 0, 0];
     if (steps.some((step) => step !== 0)) held = true;
     if (!held && !this.wasHeld && !this.armed && !this.wasArmed) return;
+    // A new press begins with its own release, so the server knows it from one that goes on.
+    if (held && !this.wasHeld) this.link.steer({ ...LET_GO, armed: this.armed });
     [this.wasHeld, this.wasArmed] = [held, this.armed];
     const length = Math.max(1, Math.hypot(...velocity));
     const scale = this.speed / length;
@@ -144,7 +157,7 @@ export function thumbPad(element, steering) {
     element.style.setProperty("--y", `${-y * 35}%`);
     if (performance.now() < liveAt) return;
     element.classList.add("live");
-    steering.pad = { velocity: [x, y], up: 0 };
+    steering.pad = { owner: element, velocity: [x, y], up: 0 };
   };
   element.addEventListener("pointerdown", (event) => {
     if (pointer !== null) {

@@ -81,7 +81,8 @@ function placeStep(panel) {
   return [
     make("div", { class: "card" }, make("p", {}, texts.touches),
       button(texts.begin_touch, () => begin("touch"), { class: "main" })),
-    make("div", { class: "card row" }, button(texts.dry, () => begin("dry_run")), button(texts.cut, () => begin("cut"))),
+    make("div", { class: "card row" }, button(texts.dry, () => begin("dry_run"), { disabled: !job.aligned }),
+      button(texts.cut, () => begin("cut"), { disabled: !job.aligned })),
     figures(panel),
     button(texts.back, () => panel.go("tool")),
   ];

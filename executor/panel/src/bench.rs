@@ -114,6 +114,8 @@ pub struct JobView {
     /// Where the drawing's origin probably lies while the operator touches off, machine coordinates, mm. The session
     /// then states the machine's own coordinates.
     pub shift_mm: [f64; 2],
+    /// Whether the place of the part is known.
+    pub aligned: bool,
     /// Whether a session runs, and what for.
     pub running: Option<SessionKind>,
     /// The last message: what went wrong, with the remedy.

@@ -85,6 +85,9 @@ struct Sender {
 #[derive(Clone, Debug, Default)]
 pub struct Gate {
     sender: Option<Sender>,
+    /// The holder has let go since it got the gate, and since the tool last moved by itself. Before, nothing that it
+    /// holds counts.
+    released: bool,
     input: Option<(Steer, Time)>,
     /// Steps that the session has not taken, in the plane and upward.
     steps: (Mm2, f64),
@@ -100,6 +103,13 @@ impl Gate {
         }
     }
 
+    /// The tool moves by itself now. What is held meanwhile does not count after it.
+    pub fn require_release(&mut self) {
+        self.released = false;
+        self.input = None;
+        self.steps = (Mm2::ZERO, 0.0);
+    }
+
     /// Takes a jog input.
     ///
     /// # Errors
@@ -113,6 +123,8 @@ impl Gate {
     ) -> Result<(), GateRefusal> {
         self.in_order(client, order, now)?;
         let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
+        self.released |= !steer.held;
+        let steer = Steer { held: steer.held && self.released, ..steer };
         if steer.held {
             let step = |value: f64| finite(value).clamp(-STEP_MAX_MM, STEP_MAX_MM);
             let (plane, up) = self.steps;
@@ -217,7 +229,26 @@ mod tests {
     fn gate() -> Gate {
         let mut gate = Gate::default();
         gate.open_for(Some(ONE));
+        gate.steer(ONE, order(0, 0), Steer::default(), at(20)).unwrap();
         gate
+    }
+
+    #[test]
+    fn what_is_held_counts_only_after_it_was_let_go() {
+        let mut gate = Gate::default();
+        gate.open_for(Some(ONE));
+        gate.steer(ONE, order(1, 0), PUSH, at(1)).unwrap();
+        assert!(!moves(gate.input(at(2))), "a finger that was down before the connection");
+        gate.steer(ONE, order(2, 0), Steer::default(), at(3)).unwrap();
+        gate.steer(ONE, order(3, 0), PUSH, at(4)).unwrap();
+        assert!(moves(gate.input(at(5))));
+        gate.require_release();
+        assert!(!moves(gate.input(at(6))));
+        gate.steer(ONE, order(4, 0), PUSH, at(7)).unwrap();
+        assert!(!moves(gate.input(at(8))), "a finger that was down before the contour ended");
+        gate.steer(ONE, order(5, 0), Steer::default(), at(9)).unwrap();
+        gate.steer(ONE, order(6, 0), PUSH, at(10)).unwrap();
+        assert!(moves(gate.input(at(11))));
     }
 
     fn moves(input: OperatorInput) -> bool {
@@ -308,7 +339,8 @@ mod tests {
         gate.open_for(Some(ClientId(2)));
         assert!(!moves(gate.input(at(2))));
         assert_eq!(gate.steer(ONE, order(2, 0), PUSH, at(3)), Err(GateRefusal::NotHolder));
-        gate.steer(ClientId(2), order(1, 0), PUSH, at(3)).unwrap();
+        gate.steer(ClientId(2), order(1, 0), Steer::default(), at(3)).unwrap();
+        gate.steer(ClientId(2), order(2, 0), PUSH, at(3)).unwrap();
         gate.open_for(Some(ClientId(2)));
         assert!(moves(gate.input(at(4))), "the same holder stays");
         gate.open_for(None);

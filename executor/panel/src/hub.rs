@@ -214,6 +214,10 @@ impl Operator for PanelOperator {
         let now = self.hub.now();
         let hub = self.hub.clone();
         if let Ok(mut desk) = hub.0.control.try_lock() {
+            // Without a phase that is steered, the tool moves by itself or rests.
+            if !view.phase.is_steered() {
+                desk.gate.require_release();
+            }
             self.last = (desk.gate.input(now), now);
             self.command = desk.gate.next_command();
             let alone = now.since(desk.attended) > UNATTENDED;
@@ -260,7 +264,10 @@ mod tests {
 
     fn push(hub: &Hub, client: ClientId, sequence: u64) -> Result<(), GateRefusal> {
         let now = hub.now();
-        let order = MessageOrder { sequence, seen_us: now.micros() };
+        let order = MessageOrder { sequence: 2 * sequence, seen_us: now.micros() };
+        let steer = Steer::default();
+        hub.act(client, PanelAction::Steer { order, steer }, now)?;
+        let order = MessageOrder { sequence: 2 * sequence + 1, seen_us: now.micros() };
         let steer = Steer { held: true, velocity: Mm2::new(1.0, 0.0), ..Steer::default() };
         hub.act(client, PanelAction::Steer { order, steer }, now)
     }

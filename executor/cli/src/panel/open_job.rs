@@ -207,6 +207,7 @@ impl OpenJob {
         view.machine.clone_from(&self.folder.file.machine);
         view.tool_mm = self.folder.tool_mm().ok();
         view.touches = (self.touches.iter().map(touch_view).collect(), self.taken.len());
+        view.aligned = self.folder.alignment().is_file();
         view.reported = self.folder.path("report.html").is_file();
         match &self.work {
             Some(work) => {

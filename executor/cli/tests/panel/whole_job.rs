@@ -34,15 +34,27 @@ fn jog_to(tab: &mut Tab<'_>, to: Mm2) {
     tab.wait("panel.state.session.rests");
 }
 
-/// Lowers or raises the tool by the button until the height is reached.
+/// Lowers or raises the tool by the button until the height is reached. The page lets go of a button that it builds
+/// again, so the finger presses again then.
 fn lift_to(tab: &mut Tab<'_>, height_mm: f64) {
-    let below = tab.value("panel.state.session.height_mm").as_f64().unwrap() > height_mm;
-    let at = tab.place(if below { "↓" } else { "↑" });
-    tab.second_finger(&[at]);
-    let sign = if below { "<" } else { ">" };
-    tab.wait(&format!("panel.state.session.height_mm {sign} {height_mm}"));
-    tab.lift();
+    let height = |tab: &mut Tab<'_>| tab.value("panel.state.session.height_mm").as_f64().unwrap();
+    let below = height(tab) > height_mm;
+    for _ in 0..10 {
+        let at = tab.place(if below { "↓" } else { "↑" });
+        tab.second_finger(&[at]);
+        for _ in 0..60 {
+            if (height(tab) < height_mm) == below {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        tab.lift();
+        if (height(tab) < height_mm) == below {
+            break;
+        }
+    }
     tab.wait("panel.state.session.rests");
+    assert_eq!(height(tab) < height_mm, below);
 }
 
 #[test]
@@ -65,6 +77,10 @@ fn demo_part_is_machined_by_touch() {
     tab.picture("2-planned");
     tab.tap("Next");
     tab.picture("3-place");
+    // The place of the part is not known yet.
+    let disabled =
+        "[...document.querySelectorAll('button')].find((one) => one.innerText === 'Begin to cut').disabled";
+    assert_eq!(tab.value(disabled), serde_json::Value::Bool(true));
     touch_off(&mut tab);
     cut(&mut tab);
     tab.wait("panel.job.running === null && panel.job.reported");
