@@ -172,7 +172,7 @@ fn play_with<E>(
     let mut random = Rng::with_seed(spec.seed ^ 0x5e55_1011);
     let abilities = world.language.dialect(config(world)).abilities();
     let start_mm = start_mm(world, spec, &mut random);
-    let height = world.start_height(&mut Rng::with_seed(spec.seed ^ 0x4e16));
+    let height = world.start_height(start_mm, &mut Rng::with_seed(spec.seed ^ 0x4e16));
     let up_mm = mm(height.units()) + mm(world.zero_height().units());
     let machine = machine(world, spec, start_mm.at_height(up_mm), abilities);
     let cable = Cable { machine: Rc::new(RefCell::new(machine)), ahead: Rc::new(Cell::new(Duration::ZERO)) };

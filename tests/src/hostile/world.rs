@@ -13,7 +13,7 @@ use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::plan::{Cut, PassParameters, PlanParameters};
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
-use keepout_planner::units::{length_up_from_mm, mm, point_from_mm};
+use keepout_planner::units::{length_up_from_mm, mm, point_from_mm, vector_mm};
 use keepout_planner::{Box2, Mm2};
 
 use super::drawing::random_drawing;
@@ -127,14 +127,18 @@ impl Worlds {
 }
 
 impl HostileWorld {
-    /// A height to start from, drawing coordinates: from the deepest pass to the end of travel.
+    /// A height to start from at a place of the machine, mm, drawing coordinates: from the deepest pass to the end of
+    /// travel. Below a pocket's floor the part stands where its outline is air: there the tool starts above it.
     #[must_use]
-    pub fn start_height(&self, random: &mut Rng) -> Height {
+    pub fn start_height(&self, at_mm: Mm2, random: &mut Rng) -> Height {
         let (Some(relief), Some([_, highest])) = (&self.work.plan.plan.relief, self.place.heights()) else {
             return Height::ZERO;
         };
         let units = random.i32(relief.deepest.units()..=highest.units());
-        Height::from_units(i64::from(units)).unwrap_or(highest)
+        let height = Height::from_units(i64::from(units)).unwrap_or(highest);
+        let at = point_from_mm(at_mm - vector_mm(self.place.offset));
+        let stands = at.is_ok_and(|at| self.levels.at(height).holds(at));
+        if stands { highest } else { height }
     }
 
     /// The machine's height where the drawing's height is zero.
