@@ -22,7 +22,7 @@ use super::{
     align::placed,
     before::{limit, place, refuse_incomplete, refuse_margin_of_simulation, refuse_unknown_top},
     plan::load,
-    resume::{fits, progress_of},
+    resume::progress_before,
     run::{Outputs, finish},
 };
 
@@ -119,14 +119,7 @@ pub fn steered(
     let plan = load(&arguments.plan, arguments.time)?;
     let arguments = &placed(arguments, &plan)?;
     let work = PreparedPlan::new(plan);
-    let progress = match &arguments.resume {
-        Some(log) => {
-            let (progress, header) = progress_of(log, &work, &arguments.recut)?;
-            fits(&header, &work.plan, arguments)?;
-            progress
-        }
-        None => Progress::default(),
-    };
+    let progress = progress_before(arguments, &work)?;
     refuse_incomplete(arguments)?;
     refuse_margin_of_simulation(arguments, &work.plan.plan.machine)?;
     refuse_unknown_top(arguments, &work.plan)?;

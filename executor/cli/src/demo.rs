@@ -25,7 +25,7 @@ use super::shell::print_lines;
 use super::values::seconds;
 
 /// The drawing of the demonstration.
-const COVER: &[u8] = include_bytes!("../drawings/cover.dxf");
+pub const COVER: &[u8] = include_bytes!("../drawings/cover.dxf");
 
 /// The cover is 5 mm thick, its pocket 2 mm deep, and a pass takes at most 2 mm: three depths.
 fn request() -> PlanRequest {

@@ -171,9 +171,7 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     let bytes = keepout_planner::drawing::read_file(path).map_err(CliError::Drawing)?;
     let certified = make(path, &bytes, &request, &machine, arguments.drawing.limit_s)?;
     let replaced = match &job {
-        // Logs of an earlier plan need it, so a job keeps it under another name.
-        Some(_) if !is_in(&certified, output) => keep_earlier(output).map(|()| false)?,
-        Some(_) => false,
+        Some(_) => keep_other_plan(&certified, output).map(|()| false)?,
         None => refuse_to_replace(&certified, output, arguments.overwrite)?,
     };
     plan_file::save(&certified.plan, output)?;
@@ -186,12 +184,22 @@ pub fn plan(given_arguments: &PlanArguments) -> Result<ExitCode, CliError> {
     }
     println!("written      {}", output.display());
     if let Some(job) = &job {
-        let picture = job.path("plan.svg");
-        write(&picture, svg(&certified, &certified.plan.provenance.name, &RunDrawing::default()).as_bytes())?;
-        println!("written      {}", picture.display());
-        write_section(&picture, section_svg(&certified, &certified.plan.provenance.name, &[]))?;
+        draw(&certified, &job.path("plan.svg"))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Keeps another plan of a job under another name, because its logs need it.
+pub fn keep_other_plan(plan: &CertifiedPlan, path: &Path) -> Result<(), CliError> {
+    if is_in(plan, path) { Ok(()) } else { keep_earlier(path) }
+}
+
+/// Draws a plan, and its section if it has depths.
+pub fn draw(plan: &CertifiedPlan, picture: &Path) -> Result<(), CliError> {
+    let name = &plan.plan.provenance.name;
+    write(picture, svg(plan, name, &RunDrawing::default()).as_bytes())?;
+    println!("written      {}", picture.display());
+    write_section(picture, section_svg(plan, name, &[]))
 }
 
 /// The plan request and the machine of the arguments.
@@ -339,10 +347,7 @@ pub fn show(arguments: &ShowArguments) -> Result<ExitCode, CliError> {
     check_ending(&output, "svg")?;
     refuse_same(&[&plan], &[&output])?;
     let certified = load(&plan, arguments.time)?;
-    let picture = svg(&certified, &certified.plan.provenance.name, &RunDrawing::default());
-    write(&output, picture.as_bytes())?;
-    println!("written      {}", output.display());
-    write_section(&output, section_svg(&certified, &certified.plan.provenance.name, &[]))?;
+    draw(&certified, &output)?;
     Ok(ExitCode::SUCCESS)
 }
 

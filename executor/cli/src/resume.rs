@@ -57,8 +57,16 @@ pub fn progress_of(log: &Path, work: &PreparedPlan, recut: &[Recut]) -> Result<(
     Ok((progress, played.header))
 }
 
+/// The progress of the run that the arguments continue: none if they begin a new part.
+pub fn progress_before(arguments: &RunArguments, work: &PreparedPlan) -> Result<Progress, CliError> {
+    let Some(log) = &arguments.resume else { return Ok(Progress::default()) };
+    let (progress, header) = progress_of(log, work, &arguments.recut)?;
+    fits(&header, &work.plan, arguments)?;
+    Ok(progress)
+}
+
 /// Refuses to resume a run that cut at another place, or that only a simulated machine made.
-pub fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> Result<(), CliError> {
+fn fits(header: &Header, plan: &CertifiedPlan, arguments: &RunArguments) -> Result<(), CliError> {
     if header.dry_run {
         let reason = "the log of --resume is of a dry run, which cut no part. Leave out --resume";
         return Err(CliError::Argument(reason.into()));

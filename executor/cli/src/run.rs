@@ -32,7 +32,7 @@ use super::display::Display;
 use super::job::{JobFolder, keep_earlier};
 use super::operator_setup::set_up;
 use super::plan::{given, load, refuse_same, write, write_section};
-use super::resume::{fits, progress_of};
+use super::resume::progress_before;
 use super::values::seconds;
 use super::{CliError, MachineArgument, RunArguments};
 
@@ -93,14 +93,7 @@ fn run_plan(arguments: &RunArguments) -> Result<ExitCode, CliError> {
     refuse_incomplete(arguments)?;
     let real_time = arguments.port.is_some() || arguments.machine == MachineArgument::Sim;
     let work = PreparedPlan::new(plan);
-    let progress = match &arguments.resume {
-        Some(log) => {
-            let (progress, header) = progress_of(log, &work, &arguments.recut)?;
-            fits(&header, &work.plan, arguments)?;
-            progress
-        }
-        None => Progress::default(),
-    };
+    let progress = progress_before(arguments, &work)?;
     refuse_margin_of_simulation(arguments, &work.plan.plan.machine)?;
     if progress.finished.len() == work.plan.plan.loop_count() {
         println!("every contour of the plan is cut: this run has no work");

@@ -11,10 +11,9 @@ use std::time::{Duration, Instant};
 use crossterm::style::{Attribute, Color, SetAttribute, SetForegroundColor};
 use crossterm::{cursor, queue, terminal};
 use keepout_executor::operator::Panel;
-use keepout_executor::session::nearest_wall;
+use keepout_executor::session::free_way_mm;
 use keepout_executor::supervisor::{Notice, Phase, Supervisor};
 use keepout_guard::Time;
-use keepout_kernel::Place;
 use keepout_kernel::exact::ring::Ring;
 use keepout_planner::Mm2;
 use keepout_planner::plan::CertifiedPlan;
@@ -103,11 +102,8 @@ impl Screen {
         let outline = self.outline.get_or_insert_with(|| Arc::new(outline_of(plan)));
         let outline = Arc::clone(outline);
         let position_mm = supervisor.position().map(|place| point_mm(place.point));
-        let contouring = matches!(supervisor.phase(), Phase::Contouring | Phase::Holding);
-        let clearance = if contouring { plan.finishing } else { plan.roughing };
-        let wall_mm = supervisor.position().and_then(|position| distance_to_part(plan, position));
+        let wall_mm = free_way_mm(supervisor);
         let height_mm = supervisor.position().filter(|_| plan.plan.relief.is_some());
-        let wall_mm = wall_mm.map(|distance| (distance - mm(clearance.units())).max(0.0));
         self.follow(position_mm, now);
         self.take_notices(supervisor.notices());
         ViewFacts {
@@ -216,11 +212,6 @@ fn outline_of(plan: &CertifiedPlan) -> ScreenOutline {
         corners.iter().chain(corners.first()).copied().map(point_mm).collect()
     };
     ScreenOutline::new(&rings.map(closed).collect::<Vec<_>>())
-}
-
-fn distance_to_part(plan: &CertifiedPlan, position: Place) -> Option<f64> {
-    let (at, wall) = (point_mm(position.point), nearest_wall(plan, position)?);
-    Some(at.distance(wall))
 }
 
 /// The drawing thread: shows each picture until the view closes, or the terminal fails.

@@ -15,7 +15,7 @@ use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_sim::monitor::CollisionMonitor;
 use keepout_sim::standalone::{Records, Signals, Standalone, state};
-use keepout_sim::{PositioningError, ServoDrive, SimMachine, SimSettings, speaking};
+use keepout_sim::{SimMachine, SimSettings};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 
 use super::plan::{given, load, refuse_same};
@@ -105,13 +105,9 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<ExitCode, CliError> {
             known.unwrap_or(arguments.start_mm.at_height(if machine.z.is_some() { -1.0 } else { 0.0 })),
         )
     };
-    let error = PositioningError::wandering(machine.repeatability_mm, machine.steps_per_mm, arguments.seed)
-        .of_three_axes(machine.z.as_ref());
-    let latency = Duration::from_millis(arguments.latency_ms);
-    let drives =
-        drives(&arguments.drives)?.and_then(|servo| ServoDrive::new(&servo, settings.start_mm.plane()));
-    let simulated =
-        SimMachine::new(speaking(&dialect_name, settings), arguments.baud, latency, error).driven(drives);
+    let line = (arguments.baud, Duration::from_millis(arguments.latency_ms));
+    let servo = drives(&arguments.drives)?;
+    let simulated = SimMachine::wandering(settings, &dialect_name, line, arguments.seed, servo.as_ref());
     let records = Records {
         link: arguments.link.clone(),
         received: arguments.received.clone(),

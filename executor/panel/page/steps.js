@@ -1,6 +1,6 @@
 // What each step shows beside the map.
 
-import { ask, button, make, mm, request } from "./parts.js";
+import { ask, button, make } from "./parts.js";
 import { holdButton, thumbPad } from "./steering.js";
 
 const UNITS = ["mm", "inch", "cm", "m"];
@@ -148,5 +148,3 @@ export function beginDialog(panel, kind) {
     button(texts.back, () => dialog.close())));
   dialog.showModal();
 }
-
-export { mm, request };

@@ -191,7 +191,7 @@ pub enum BenchRequest {
 /// Texts of the running session, which change seldom.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct SessionWords {
-    /// What is cut and what is left.
+    /// The contours that are cut and those that are left.
     pub tally: String,
     /// The last notices, oldest first.
     pub notices: Vec<String>,

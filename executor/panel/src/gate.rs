@@ -153,7 +153,7 @@ impl Gate {
             checked?;
         }
         if command == OperatorCommand::FeedHold {
-            // Nothing that was asked before it happens after it.
+            // The hold also drops the commands before it.
             self.commands.clear();
             self.input = None;
             self.steps = (Mm2::ZERO, 0.0);

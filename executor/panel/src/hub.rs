@@ -185,7 +185,7 @@ pub struct SessionWindow {
 
 impl SessionWindow {
     /// Shows the state, at most fifty times a second. The session loop calls it after every round.
-    pub fn show(&mut self, supervisor: &Supervisor, at: Time) {
+    pub fn show(&mut self, supervisor: &Supervisor) {
         let now = self.hub.now();
         if now < self.due {
             return;
@@ -194,7 +194,7 @@ impl SessionWindow {
         if now.since(self.left.1) >= ESTIMATED_EVERY {
             self.left = (seconds_left(supervisor), now);
         }
-        self.hub.0.session.put(Some((SessionState::of(supervisor, at, self.left.0), now)));
+        self.hub.0.session.put(Some((SessionState::of(supervisor, self.left.0), now)));
     }
 }
 
@@ -212,8 +212,7 @@ pub struct PanelOperator {
 impl Operator for PanelOperator {
     fn input(&mut self, view: &OperatorView, _now: Time) -> OperatorInput {
         let now = self.hub.now();
-        let hub = self.hub.clone();
-        if let Ok(mut desk) = hub.0.control.try_lock() {
+        if let Ok(mut desk) = self.hub.0.control.try_lock() {
             // Without a phase that is steered, the tool moves by itself or rests.
             if !view.phase.is_steered() {
                 desk.gate.require_release();

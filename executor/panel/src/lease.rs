@@ -25,7 +25,7 @@ pub struct Lease {
 pub enum LeaseAnswer {
     /// The client holds it now.
     Granted,
-    /// Another client holds it, and is asked.
+    /// Another client holds it. The panel asks that client.
     Asked,
 }
 

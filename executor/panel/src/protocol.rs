@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_executor::supervisor::{OperatorCommand, Phase};
-use keepout_planner::Mm2;
+use keepout_executor::supervisor::OperatorCommand;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -108,32 +107,15 @@ pub struct StateMessage<'a> {
 pub struct SessionMessage<'a> {
     /// Age of this state, ms. Above 500 the page shows it as dead.
     pub age_ms: u64,
-    /// The phase.
-    pub phase: Phase,
-    /// Whether the machine rests.
-    pub rests: bool,
-    /// Place of the tool, mm.
-    pub position_mm: Option<Mm2>,
-    /// Height of its tip, mm.
-    pub height_mm: Option<f64>,
-    /// Free way to the nearest wall, mm.
-    pub wall_mm: Option<f64>,
-    /// Whether a touch starts the contour.
-    pub armed: bool,
-    /// Whether the spindle runs.
-    pub spindle: Option<bool>,
-    /// Share of the contour job that was sent, 0 to 1.
-    pub share: Option<f64>,
-    /// Time left of the contour job, s, at the present feed.
-    pub left_s: Option<f64>,
-    /// What is cut and what is left, in words.
+    /// The state.
+    #[serde(flatten)]
+    pub state: &'a SessionState,
+    /// The contours that are cut and those that are left, in words.
     pub tally: &'a str,
     /// The fault, with its remedy.
     pub fault: Option<String>,
     /// The last notices, oldest first.
     pub notices: &'a [String],
-    /// Corners of the hull of everything that may still be executed, mm.
-    pub hull_mm: &'a [Mm2],
 }
 
 /// The answer to a message that does not count.
@@ -147,31 +129,20 @@ impl<'a> SessionMessage<'a> {
     /// The message of a state of this age.
     #[must_use]
     pub fn of(state: &'a SessionState, age: Duration, words: &'a SessionWords) -> Self {
-        let share = |(sent, all): (usize, usize)| {
-            let count = |number: usize| f64::from(u32::try_from(number).unwrap_or(u32::MAX));
-            if all == 0 { 1.0 } else { count(sent) / count(all) }
-        };
         Self {
             age_ms: u64::try_from(age.as_millis()).unwrap_or(u64::MAX),
-            phase: state.phase,
-            rests: state.rests,
-            position_mm: state.position_mm,
-            height_mm: state.height_mm,
-            wall_mm: state.wall_mm,
-            armed: state.armed,
-            spindle: state.spindle,
-            share: state.contour.map(share),
-            left_s: state.left_s,
+            state,
             tally: &words.tally,
             fault: state.fault.map(|fault| fault.to_string()),
             notices: &words.notices,
-            hull_mm: state.hull_mm.points(),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use keepout_planner::Mm2;
+
     use super::*;
 
     #[test]

@@ -1,22 +1,21 @@
 //! What the session shows to the panel: one value of fixed size, written after every round.
 
 use arrayvec::ArrayVec;
-use keepout_executor::session::nearest_wall;
+use keepout_executor::session::free_way_mm;
 use keepout_executor::supervisor::{Fault, Phase, Supervisor};
-use keepout_guard::{Hull, Time};
+use keepout_guard::Hull;
 use keepout_kernel::{Height, UNITS_PER_MM};
 use keepout_planner::Mm2;
 use keepout_planner::units::{mm, point_mm};
+use serde::{Serialize, Serializer};
 
 /// Most corners of the in-flight hull that are shown.
 const CORNERS_MAX: usize = 32;
 
 /// The state of a session at one moment. It holds no memory of its own, so the session loop writes it without
 /// allocation.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct SessionState {
-    /// Time of the session.
-    pub at: Time,
     /// The supervisor's phase.
     pub phase: Phase,
     /// Whether the machine rests.
@@ -31,15 +30,12 @@ pub struct SessionState {
     pub armed: bool,
     /// Whether the spindle runs, as stated or confirmed.
     pub spindle: Option<bool>,
-    /// Motions of the contour that were sent, and all of them.
-    pub contour: Option<(usize, usize)>,
+    /// Share of the contour job that was sent, 0 to 1.
+    pub share: Option<f64>,
     /// Time that the rest of the contour takes at its feeds, s.
     pub left_s: Option<f64>,
-    /// Number of finished loops.
-    pub finished: usize,
-    /// Number of notices so far.
-    pub notices: usize,
     /// The fault that stopped the session.
+    #[serde(skip)]
     pub fault: Option<Fault>,
     /// Corners of the hull of everything that may still be executed, mm.
     pub hull_mm: Corners,
@@ -55,44 +51,42 @@ pub struct Corners {
 impl Corners {
     /// The corners, as far as there is room.
     fn of(corners: impl Iterator<Item = Mm2>) -> Self {
-        let found: ArrayVec<Mm2, CORNERS_MAX> = corners.take(CORNERS_MAX).collect();
-        let mut at = [Mm2::ZERO; CORNERS_MAX];
-        at.iter_mut().zip(&found).for_each(|(slot, corner)| *slot = *corner);
-        Self { count: found.len(), at }
+        let mut found = Self { count: 0, at: [Mm2::ZERO; CORNERS_MAX] };
+        for (slot, corner) in found.at.iter_mut().zip(corners) {
+            *slot = corner;
+            found.count += 1;
+        }
+        found
     }
+}
 
-    /// The corners in order.
-    #[must_use]
-    pub fn points(&self) -> &[Mm2] {
-        self.at.get(..self.count).unwrap_or(&[])
+impl Serialize for Corners {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.at.get(..self.count).unwrap_or(&[]).serialize(serializer)
     }
 }
 
 impl SessionState {
     /// The state of a supervisor. `left_s` is the time that the rest of the contour takes.
     #[must_use]
-    pub fn of(supervisor: &Supervisor, at: Time, left_s: Option<f64>) -> Self {
-        let (plan, guard) = (supervisor.plan(), supervisor.guard());
-        let position = supervisor.position();
-        let position_mm = position.map(|place| point_mm(place.point));
-        let contouring = matches!(supervisor.phase(), Phase::Contouring | Phase::Holding);
-        let clearance = if contouring { plan.finishing } else { plan.roughing };
-        let wall = position.and_then(|place| nearest_wall(plan, place)).zip(position_mm);
+    pub fn of(supervisor: &Supervisor, left_s: Option<f64>) -> Self {
+        let guard = supervisor.guard();
+        let share = |(sent, all): (usize, usize)| {
+            let count = |number: usize| f64::from(u32::try_from(number).unwrap_or(u32::MAX));
+            if all == 0 { 1.0 } else { count(sent) / count(all) }
+        };
         let set: ArrayVec<_, CORNERS_MAX> = guard.in_flight().take(CORNERS_MAX).collect();
         let hull = Hull::of(set.iter().copied());
         Self {
-            at,
             phase: supervisor.phase(),
             rests: supervisor.is_at_rest(),
-            position_mm,
+            position_mm: supervisor.position().map(|place| point_mm(place.point)),
             height_mm: supervisor.height_mm(),
-            wall_mm: wall.map(|(wall, at)| (at.distance(wall) - mm(clearance.units())).max(0.0)),
+            wall_mm: free_way_mm(supervisor),
             armed: supervisor.is_armed(),
             spindle: supervisor.spindle_runs(),
-            contour: guard.contour_progress(),
+            share: guard.contour_progress().map(share),
             left_s,
-            finished: supervisor.finished().len(),
-            notices: supervisor.notices().len(),
             fault: supervisor.fault().copied(),
             hull_mm: Corners::of(hull.iter().flat_map(Hull::corners).copied().map(point_mm)),
         }

@@ -2,16 +2,18 @@
 
 use std::time::Duration;
 
+use keepout_executor::dialect::DialectName;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
-use keepout_planner::machine::ZProfile;
+use keepout_planner::machine::{MachineProfile, ZProfile};
 use keepout_planner::{Mm2, Mm3};
 
 use super::controller::{Disturbance, SimulatedController};
 use super::line::Wire;
 use super::servo_drive::ServoDrive;
 use crate::faults::Faults;
+use crate::{ServoConfig, SimSettings, speaking};
 
 /// A machine at the end of a serial line.
 #[derive(Debug)]
@@ -119,6 +121,23 @@ impl SimMachine {
             bytes: Vec::new(),
             connected: true,
         }
+    }
+
+    /// A machine whose positioning error wanders within its repeatability, behind a line of a baud rate and a delay
+    /// each way. Feed drives move it, if `servo` gives them.
+    #[must_use]
+    pub fn wandering(
+        settings: SimSettings,
+        dialect: &DialectName,
+        (baud, latency): (u32, Duration),
+        seed: u64,
+        servo: Option<&ServoConfig>,
+    ) -> Self {
+        let MachineProfile { repeatability_mm, steps_per_mm, z, .. } = &settings.machine;
+        let error =
+            PositioningError::wandering(*repeatability_mm, *steps_per_mm, seed).of_three_axes(z.as_ref());
+        let drives = servo.and_then(|servo| ServoDrive::new(servo, settings.start_mm.plane()));
+        Self::new(speaking(dialect, settings), baud, latency, error).driven(drives)
     }
 
     /// Whether the machine has a third axis.

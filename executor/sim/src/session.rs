@@ -29,7 +29,7 @@ use thiserror::Error;
 
 use crate::monitor::CollisionMonitor;
 use crate::start::{check_start, comes_from_home};
-use crate::{PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings, VirtualPort, speaking};
+use crate::{ServoConfig, SimMachine, SimSettings, VirtualPort};
 
 /// The link to the simulated machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -192,12 +192,8 @@ impl Scene {
     /// The simulated machine of the run. Its positioning error follows from the run's seed.
     #[must_use]
     pub fn machine(&self, run: &SimRun) -> SimMachine {
-        let error =
-            PositioningError::wandering(run.machine.repeatability_mm, run.machine.steps_per_mm, run.seed)
-                .of_three_axes(run.machine.z.as_ref());
-        let drives = run.servo.as_ref().and_then(|servo| ServoDrive::new(servo, self.sim.start_mm.plane()));
-        let controller = speaking(&run.dialect, self.sim.clone());
-        SimMachine::new(controller, run.baud, run.latency, error).driven(drives)
+        let line = (run.baud, run.latency);
+        SimMachine::wandering(self.sim.clone(), &run.dialect, line, run.seed, run.servo.as_ref())
     }
 
     /// A collision monitor for the part and the tool.

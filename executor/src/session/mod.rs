@@ -25,6 +25,6 @@ pub use event_log::{Certificate, EventLog, EventLogError, LoggedEvent, NoEventLo
 pub use log_page::{page_of_log, picture_of_log};
 pub use place::{PlaceError, PlacedZ, TablePlacement, place_on_table, start_inside};
 pub use report::{RunFacts, html, picture_of_run, section_of_run};
-pub use run::{Going, Reopen, Session, nearest_wall};
+pub use run::{Going, Reopen, Session, free_way_mm, nearest_wall};
 pub use sample::{Sample, SampleKind};
 pub use setup::SessionSetup;

@@ -8,7 +8,7 @@ use keepout_guard::Time;
 use keepout_kernel::Place;
 use keepout_planner::job::{ContourJob, JobError};
 use keepout_planner::plan::CertifiedPlan;
-use keepout_planner::units::point_mm;
+use keepout_planner::units::{mm, point_mm};
 use keepout_planner::{Box2, Mm2};
 
 use super::clock::Clock;
@@ -322,6 +322,16 @@ pub enum Going {
     On,
     /// The session brings the machine to rest, and ends.
     Halt,
+}
+
+/// The way that the tool may still move toward the nearest wall, for display, mm.
+#[must_use]
+pub fn free_way_mm(supervisor: &Supervisor) -> Option<f64> {
+    let (plan, position) = (supervisor.plan(), supervisor.position()?);
+    let contouring = matches!(supervisor.phase(), Phase::Contouring | Phase::Holding);
+    let clearance = if contouring { plan.finishing } else { plan.roughing };
+    let distance = point_mm(position.point).distance(nearest_wall(plan, position)?);
+    Some((distance - mm(clearance.units())).max(0.0))
 }
 
 /// The point of what stands above the tip that is nearest to the tool, for display, mm.

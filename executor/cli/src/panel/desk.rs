@@ -42,8 +42,6 @@ struct DeskState {
     job: Option<OpenJob>,
     running: Option<Running>,
     message: Option<String>,
-    /// The next run begins a new part.
-    next_part: bool,
 }
 
 impl Desk {
@@ -164,7 +162,6 @@ impl Desk {
             (BenchRequest::Open { name }, None) => {
                 let folder = self.job_folder(&name)?;
                 state.job = Some(OpenJob::open(&folder)?);
-                state.next_part = false;
                 Ok(())
             }
             (BenchRequest::Close {}, None) => {
@@ -183,7 +180,7 @@ impl Desk {
         if kind == SessionKind::Touch {
             job.begin_touching()?;
         }
-        let resume = job.interrupted().filter(|_| kind == SessionKind::Cut && !state.next_part);
+        let resume = job.interrupted().filter(|_| kind == SessionKind::Cut);
         let order = SessionOrder {
             kind,
             home,
@@ -193,7 +190,6 @@ impl Desk {
             resume,
             touches: job.touches.len(),
         };
-        state.next_part &= kind != SessionKind::Cut;
         let own = self.own.upgrade().ok_or_else(no_job)?;
         let failed = |error| CliError::Argument(format!("the session cannot begin: {error}"));
         state.running = Some(start(&own, order).map_err(failed)?);
@@ -220,7 +216,6 @@ fn change(state: &mut DeskState, request: BenchRequest) -> Result<(), CliError> 
             job.plan()
         }
         BenchRequest::NextPart {} => {
-            state.next_part = true;
             job.next_part();
             Ok(())
         }
@@ -250,10 +245,12 @@ fn job_name(drawing: &str) -> String {
 
 impl Workbench for Desk {
     fn job(&self) -> JobView {
+        // The session's thread takes this lock, too, so no file is read under it.
+        let (jobs, machines) = (jobs_of(&self.folder), crate::store::machine_names());
         let state = self.state();
         let mut view = JobView {
-            jobs: jobs_of(&self.folder),
-            machines: crate::store::machine_names(),
+            jobs,
+            machines,
             running: state.running.as_ref().map(|running| running.kind),
             message: state.message.clone(),
             ..JobView::default()
@@ -297,7 +294,6 @@ impl Workbench for Desk {
             let folder = self.folder.join(free);
             crate::job::make(&folder, &format!("{stem}.dxf"), bytes, SIMULATED)?;
             state.job = Some(OpenJob::open(&folder)?);
-            state.next_part = false;
             state.message = None;
             Ok(())
         };
@@ -307,8 +303,7 @@ impl Workbench for Desk {
     }
 
     fn document(&self, name: DocumentName) -> Option<Document> {
-        let state = self.state();
-        let folder = &state.job.as_ref()?.folder;
+        let folder = self.state().job.as_ref()?.folder.clone();
         let (file, media) = match name {
             DocumentName::Picture => ("plan.svg", "image/svg+xml"),
             DocumentName::Section => ("plan-section.svg", "image/svg+xml"),

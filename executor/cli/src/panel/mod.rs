@@ -21,16 +21,15 @@ use keepout_planner::Mm2;
 use keepout_planner::file::OUTPUT;
 use keepout_planner::machine::MachineProfile;
 use keepout_sim::standalone::{Records, Signals, Standalone};
-use keepout_sim::{PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings, speaking};
+use keepout_sim::{ServoConfig, SimMachine, SimSettings};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use self::desk::Desk;
 use super::CliError;
+use super::demo::COVER;
 use super::store::StoredMachine;
 use crate::input::TerminalError;
 
-/// The drawing of the demonstration.
-const COVER: &[u8] = include_bytes!("../../drawings/cover.dxf");
 /// The depths of the demonstration, for its job file.
 const COVER_DEPTHS: &str =
     "\n[depth]\nthickness_mm = 5.0\nlayer_depth = [\"POCKET=2\"]\nstep_down_mm = 2.0\n";
@@ -73,7 +72,7 @@ pub fn panel(arguments: &PanelArguments) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Ends the session in order when the program is told to end: the machine comes to rest first.
+/// Ends the session in order at a signal: the machine comes to rest first.
 fn end_in_order(desk: &Arc<Desk>) -> Result<(), CliError> {
     let wrong = |error| CliError::Terminal(TerminalError::SetUp(error));
     let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(wrong)?;
@@ -108,13 +107,9 @@ fn simulated_machine() -> Result<StoredMachine, CliError> {
         homed: false,
         ..SimSettings::of(profile.clone(), Mm2::new(-1.0, -1.0).at_height(-1.0))
     };
-    let error = PositioningError::wandering(profile.repeatability_mm, profile.steps_per_mm, 1)
-        .of_three_axes(profile.z.as_ref());
-    let drives =
-        ServoConfig::simulated().ok().and_then(|servo| ServoDrive::new(&servo, settings.start_mm.plane()));
-    let machine =
-        SimMachine::new(speaking(&DialectName::Grbl, settings), 115_200, Duration::from_millis(1), error);
-    let machine = machine.driven(drives);
+    let servo = ServoConfig::simulated().ok();
+    let line = (115_200, Duration::from_millis(1));
+    let machine = SimMachine::wandering(settings, &DialectName::Grbl, line, 1, servo.as_ref());
     let (sender, receiver) = sync_channel(1);
     let run = move || {
         let mut ignore = |_: &_| {};

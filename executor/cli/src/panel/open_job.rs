@@ -1,4 +1,4 @@
-//! The job that is open on the panel: its drawing, its plan, and what was cut of it.
+//! The job that is open on the panel: its drawing, its plan and its progress.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,6 @@ use keepout_planner::inspect::{Inspection, inspect};
 use keepout_planner::job::Progress;
 use keepout_planner::plan::PlanError;
 use keepout_planner::profile::MachinedSide;
-use keepout_planner::report::{RunDrawing, section_svg, svg};
 use keepout_planner::request::{PlanRequest, PlanRequestError};
 use keepout_planner::{Mm3, plan_file};
 
@@ -23,7 +22,7 @@ use crate::align::file_of;
 use crate::arguments::{Arguments, CliCommand, DrawingArguments, PlanArguments};
 use crate::error::CliError;
 use crate::job::{JobFolder, keep_earlier};
-use crate::plan::{order_of, request_of, write, write_section};
+use crate::plan::{draw, keep_other_plan, order_of, request_of};
 use crate::resume::progress_of;
 use crate::take::touched;
 use crate::touch_places::{TakeMethod, TouchPlace, places};
@@ -102,14 +101,9 @@ impl OpenJob {
         let wrong = |source| CliError::PlanRequest { path: path.clone(), source };
         let certified = request.plan(&name, &bytes, &machine, &mut |_| {}).map_err(wrong)?;
         let output = self.folder.plan();
-        let encoded = plan_file::encode(&certified.plan)?;
-        if std::fs::read(&output).is_ok_and(|earlier| earlier != encoded) {
-            keep_earlier(&output)?;
-        }
+        keep_other_plan(&certified, &output)?;
         plan_file::save(&certified.plan, &output)?;
-        let picture = self.folder.path("plan.svg");
-        write(&picture, svg(&certified, &name, &RunDrawing::default()).as_bytes())?;
-        write_section(&picture, section_svg(&certified, &name, &[]))?;
+        draw(&certified, &self.folder.path("plan.svg"))?;
         self.map = map_of_plan(&certified);
         self.work = Some(PreparedPlan::new(certified));
         self.progress = Progress::default();
@@ -176,7 +170,7 @@ impl OpenJob {
         }
     }
 
-    /// Reads what was cut of the last part.
+    /// Reads the progress of the last part.
     fn read_progress(&mut self) {
         let progress = self.folder.last_log().ok().zip(self.work.as_ref());
         let progress = progress.and_then(|(log, work)| Some(progress_of(&log, work, &[]).ok()?.0));

@@ -86,7 +86,7 @@ fn touch(
     let (mut shown, mut places, mut seen) = (Shown::new(hub), TakenPlaces::default(), 0);
     let outcome = session.run(&mut RealClock::default(), LONGEST, |session, now| {
         let supervisor = session.supervisor();
-        shown.show(desk, supervisor, now);
+        shown.show(desk, supervisor);
         let key = takes.load(Ordering::Relaxed) > seen;
         seen = takes.load(Ordering::Relaxed);
         match places.watch(supervisor, key, now) {
@@ -108,8 +108,8 @@ fn cut(desk: &Desk, hub: &Hub, order: &SessionOrder, halt: &AtomicBool) -> Resul
     let arguments = arguments_of(order)?;
     let mut shown = Shown::new(hub);
     let mut prepared = |work: &PreparedPlan| desk.prepared(work.clone());
-    let outcome = steered(&arguments, Box::new(hub.operator()), &mut prepared, &mut |supervisor, now| {
-        shown.show(desk, supervisor, now);
+    let outcome = steered(&arguments, Box::new(hub.operator()), &mut prepared, &mut |supervisor, _| {
+        shown.show(desk, supervisor);
         if halt.load(Ordering::Relaxed) { Going::Halt } else { Going::On }
     })?;
     Ok(outcome.to_string())
@@ -147,8 +147,8 @@ impl Shown {
         Self { window: hub.window(), words: (0, 0), begun: false }
     }
 
-    fn show(&mut self, desk: &Desk, supervisor: &Supervisor, now: keepout_guard::Time) {
-        self.window.show(supervisor, now);
+    fn show(&mut self, desk: &Desk, supervisor: &Supervisor) {
+        self.window.show(supervisor);
         let words = (supervisor.finished().len(), supervisor.notices().len());
         if words == self.words && self.begun {
             return;

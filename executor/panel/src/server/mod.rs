@@ -20,7 +20,7 @@ use crate::access::{Access, AccessError};
 use crate::bench::Workbench;
 use crate::hub::Hub;
 
-/// Longest drawing that is uploaded, bytes: the importer takes no longer file.
+/// Longest drawing that is uploaded, bytes. From a disk the importer takes longer files.
 pub const DRAWING_MAX: usize = 64 << 20;
 
 /// What all requests share.

@@ -32,9 +32,11 @@ pub async fn enter(State(site): State<PanelSite>, Json(Entrance { token }): Json
             );
             ([(header::SET_COOKIE, cookie)], StatusCode::NO_CONTENT).into_response()
         }
-        Ok(None) => {
-            (StatusCode::FORBIDDEN, "this token has ended: the program shows a new one").into_response()
-        }
+        Ok(None) => (
+            StatusCode::FORBIDDEN,
+            "this code is wrong, or it has ended: start the panel again for a new one",
+        )
+            .into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
     }
 }
