@@ -83,7 +83,7 @@ fn touch(
     let port = Serial::open(&order.machine.port, order.machine.baud)?;
     let operator = Box::new(SpindleStands::new(hub.operator(), climbs(&order.machine)?));
     let mut session = setup.session(port, operator, Box::new(NoEventLog));
-    let (mut shown, mut places, mut seen) = (Shown::new(hub), TakenPlaces::default(), 0);
+    let (mut shown, mut places, mut seen) = (Shown::new(hub, order.kind), TakenPlaces::default(), 0);
     let outcome = session.run(&mut RealClock::default(), LONGEST, |session, now| {
         let supervisor = session.supervisor();
         shown.show(desk, supervisor);
@@ -106,7 +106,7 @@ fn touch(
 /// Runs the job. Returns the outcome in words.
 fn cut(desk: &Desk, hub: &Hub, order: &SessionOrder, halt: &AtomicBool) -> Result<String, CliError> {
     let arguments = arguments_of(order)?;
-    let mut shown = Shown::new(hub);
+    let mut shown = Shown::new(hub, order.kind);
     let mut prepared = |work: &PreparedPlan| desk.prepared(work.clone());
     let outcome = steered(&arguments, Box::new(hub.operator()), &mut prepared, &mut |supervisor, _| {
         shown.show(desk, supervisor);
@@ -138,13 +138,14 @@ fn arguments_of(order: &SessionOrder) -> Result<RunArguments, CliError> {
 /// Shows a session to the page: numbers after every round, words when they change.
 struct Shown {
     window: SessionWindow,
+    kind: SessionKind,
     words: (usize, usize),
     begun: bool,
 }
 
 impl Shown {
-    fn new(hub: &Hub) -> Self {
-        Self { window: hub.window(), words: (0, 0), begun: false }
+    fn new(hub: &Hub, kind: SessionKind) -> Self {
+        Self { window: hub.window(), kind, words: (0, 0), begun: false }
     }
 
     fn show(&mut self, desk: &Desk, supervisor: &Supervisor) {
@@ -156,7 +157,9 @@ impl Shown {
         let notices = supervisor.notices();
         let last = notices.iter().skip(notices.len().saturating_sub(NOTICES_MAX)).map(ToString::to_string);
         let said = SessionWords { tally: ContourTally::of(supervisor).to_string(), notices: last.collect() };
-        let progress = (words.0 != self.words.0 || !self.begun).then(|| supervisor.progress());
+        // A dry run and a touch-off cut nothing.
+        let cuts = self.kind == SessionKind::Cut && (words.0 != self.words.0 || !self.begun);
+        let progress = cuts.then(|| supervisor.progress());
         if desk.say(said, progress) {
             (self.words, self.begun) = (words, true);
         }
