@@ -21,6 +21,7 @@ mod job;
 mod mesh;
 mod offset;
 mod oracle;
+mod panel;
 mod session;
 pub mod sketch;
 mod small;
@@ -34,6 +35,7 @@ pub use job::{plate, work};
 pub use keepout_proofs::property_of_bytes as property;
 pub use mesh::mesh;
 pub use offset::offset;
+pub use panel::panel;
 pub use session::supervisor;
 pub use sketch::drawing;
 pub use small::{machine_profile, small_files};
@@ -69,6 +71,7 @@ pub const TARGETS: &[Target] = targets![
     venus_decode,
     described_decode,
     round_trip,
+    panel,
     supervisor,
     property,
 ];

@@ -138,6 +138,7 @@ tests! {
     venus_decode 3000,
     described_decode 3000,
     round_trip 100,
+    panel 3000,
     supervisor 300,
     property 1500,
 }

@@ -3,6 +3,7 @@
 //! The session loop never waits here. It writes its state to a slot, and reads the gate only when no other thread just
 //! holds it; otherwise it keeps the input of the round before, which expires by itself.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -23,9 +24,17 @@ pub const UNATTENDED: Duration = Duration::from_secs(10);
 #[derive(Clone, Debug)]
 pub struct Hub(Arc<Shared>);
 
+/// Where the time of a panel comes from.
+#[derive(Debug)]
+enum PanelClock {
+    Real(Instant),
+    /// A simulation tells the time, µs.
+    Told(Arc<AtomicU64>),
+}
+
 #[derive(Debug)]
 struct Shared {
-    began: Instant,
+    clock: PanelClock,
     control: Mutex<ControlDesk>,
     session: Latest<Option<(SessionState, Time)>>,
 }
@@ -42,19 +51,29 @@ struct ControlDesk {
 
 impl Default for Hub {
     fn default() -> Self {
-        Self(Arc::new(Shared {
-            began: Instant::now(),
-            control: Mutex::new(ControlDesk::default()),
-            session: Latest::new(None),
-        }))
+        Self::at(PanelClock::Real(Instant::now()))
     }
 }
 
 impl Hub {
+    fn at(clock: PanelClock) -> Self {
+        let control = Mutex::new(ControlDesk::default());
+        Self(Arc::new(Shared { clock, control, session: Latest::new(None) }))
+    }
+
+    /// A hub of a simulation, which tells the time, µs.
+    #[must_use]
+    pub fn told(micros: Arc<AtomicU64>) -> Self {
+        Self::at(PanelClock::Told(micros))
+    }
+
     /// The time since the panel began.
     #[must_use]
     pub fn now(&self) -> Time {
-        Time::ZERO.after(self.0.began.elapsed())
+        match &self.0.clock {
+            PanelClock::Real(began) => Time::ZERO.after(began.elapsed()),
+            PanelClock::Told(micros) => Time::from_micros(micros.load(Ordering::Relaxed)),
+        }
     }
 
     fn desk(&self) -> MutexGuard<'_, ControlDesk> {
@@ -312,7 +331,8 @@ mod tests {
 
     #[test]
     fn contour_is_held_once_when_nobody_is_at_the_controls() {
-        let hub = Hub::default();
+        let clock = Arc::new(AtomicU64::new(0));
+        let hub = Hub::told(Arc::clone(&clock));
         let client = hub.join(hub.now());
         let mut operator = hub.operator();
         let held = |operator: &mut PanelOperator| {
@@ -321,17 +341,15 @@ mod tests {
         };
         assert_eq!(held(&mut operator), None);
         hub.leave(client);
-        let later = Hub(Arc::new(Shared {
-            began: hub.0.began.checked_sub(UNATTENDED + Duration::from_secs(1)).unwrap(),
-            control: Mutex::new(ControlDesk::default()),
-            session: Latest::new(None),
-        }));
-        let mut operator = later.operator();
+        let later = |seconds: u64| clock.store(seconds * 1_000_000, Ordering::Relaxed);
+        later(10);
+        assert_eq!(held(&mut operator), None);
+        later(11);
         assert_eq!(held(&mut operator), Some(OperatorCommand::FeedHold));
         assert_eq!(held(&mut operator), None, "once");
-        let back = later.join(later.now());
+        let back = hub.join(hub.now());
         assert_eq!(held(&mut operator), None);
-        later.leave(back);
+        hub.leave(back);
         assert_eq!(held(&mut operator), None, "somebody was there just now");
     }
 }

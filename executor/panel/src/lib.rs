@@ -7,6 +7,7 @@
 //! - [`gate`]: what the holder of the lease sends counts in order and in time only.
 //! - [`hub`]: the meeting place of the browsers and the session loop, which never waits for them.
 
+#[cfg(feature = "server")]
 pub mod access;
 pub mod bench;
 pub mod gate;
@@ -14,5 +15,6 @@ pub mod hub;
 pub mod latest;
 pub mod lease;
 pub mod protocol;
+#[cfg(feature = "server")]
 pub mod server;
 pub mod snapshot;
