@@ -73,6 +73,9 @@ struct Arguments {
     /// Simulate the feed drives in every session.
     #[arg(long)]
     driven: bool,
+    /// Steer every session at the panel, with screens that lie, flood, stall and replay.
+    #[arg(long)]
+    panel: bool,
 }
 
 #[derive(Default)]
@@ -173,7 +176,7 @@ fn main() -> ExitCode {
         }
     };
     if let Some(seeds) = &arguments.replay {
-        return replay(&worlds, seeds, arguments.driven, arguments.log.as_deref());
+        return replay(&worlds, seeds, &arguments);
     }
     if let Some(unknown) = arguments.suffering.iter().find(|name| fault_named(name).is_none()) {
         eprintln!("hostile: there is no fault {unknown}. Choose one of {:?}", HostileFault::ALL);
@@ -206,6 +209,12 @@ fn fault_named(name: &str) -> Option<HostileFault> {
 }
 
 impl Arguments {
+    /// Gives a session what all sessions of the run have.
+    fn sets(&self, spec: &mut Spec) {
+        spec.driven |= self.driven;
+        spec.at_panel |= self.panel;
+    }
+
     /// Whether the arguments ask for this session.
     fn wants(&self, spec: &Spec) -> bool {
         let suffers = |name: &String| fault_named(name).is_some_and(|fault| spec.suffers(fault));
@@ -257,7 +266,7 @@ fn hunt(worlds: &Worlds, arguments: &Arguments) -> ExitCode {
                     let Some(world) = worlds.world(seed) else { continue };
                     totals.worlds.fetch_add(1, Ordering::Relaxed);
                     for mut spec in arguments.sessions(number) {
-                        spec.driven |= arguments.driven;
+                        arguments.sets(&mut spec);
                         let outcome = play(&world, &spec);
                         totals.add(&outcome, world.place.z.is_some());
                         let calm = spec.faults.is_empty() && !arguments.first;
@@ -312,7 +321,7 @@ fn report(world: &HostileWorld, spec: &Spec, verdict: Verdict, shrinks: bool) {
     }
 }
 
-fn replay(worlds: &Worlds, seeds: &str, driven: bool, path: Option<&std::path::Path>) -> ExitCode {
+fn replay(worlds: &Worlds, seeds: &str, arguments: &Arguments) -> ExitCode {
     let parsed =
         seeds.split_once(':').and_then(|(world, session)| Some((world.parse().ok()?, session.parse().ok()?)));
     let Some((world, session)) = parsed else {
@@ -326,7 +335,8 @@ fn replay(worlds: &Worlds, seeds: &str, driven: bool, path: Option<&std::path::P
         return ExitCode::from(2);
     };
     let mut spec = Spec::of(session);
-    spec.driven |= driven;
+    arguments.sets(&mut spec);
+    let path = arguments.log.as_deref();
     let outcome = match path.map_or_else(|| Ok(play(&world, &spec)), |path| play_logged(&world, &spec, path))
     {
         Ok(outcome) => outcome,

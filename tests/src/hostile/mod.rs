@@ -5,6 +5,7 @@
 mod drawing;
 mod operator;
 mod play;
+mod screens;
 mod shrink;
 mod spec;
 mod world;

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use fastrand::Rng;
 use keepout_executor::dialect::DialectConfig;
+use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, LogError, LogWriter};
 use keepout_executor::session::outcome::JobOutcome;
 use keepout_executor::session::port::{Port, PortError};
@@ -27,6 +28,7 @@ use keepout_sim::{
 };
 
 use super::operator::Hostile;
+use super::screens::HostileScreens;
 use super::spec::{HostileFault, Spec};
 use super::world::HostileWorld;
 
@@ -183,11 +185,13 @@ fn play_with<E>(
         config: config(world),
     };
     let log = log(&setup)?;
-    let operator = Hostile::new(spec.style, spec.automatic, random.u64(..));
+    let person = Hostile::new(spec.style, spec.automatic, random.u64(..));
+    let operator: Box<dyn Operator + Send> =
+        if spec.at_panel { Box::new(HostileScreens::new(person, spec.seed)) } else { Box::new(person) };
     let again = cable.clone();
     let reopen =
         move || if again.machine.borrow().is_connected() { Ok(again.clone()) } else { Err(unplugged()) };
-    let mut session = setup.session(cable.clone(), Box::new(operator), log).recovering(Box::new(reopen));
+    let mut session = setup.session(cable.clone(), operator, log).recovering(Box::new(reopen));
     if spec.suffers(HostileFault::Planner) {
         let mut wrong = Rng::with_seed(spec.seed ^ 0x0091_a77e);
         session = session.planned_by(Box::new(move |request, plan| {

@@ -41,6 +41,7 @@ fn candidates(spec: &Spec) -> Vec<Spec> {
     list.push(Spec { automatic: false, ..spec.clone() });
     list.push(Spec { begins_inside: false, ..spec.clone() });
     list.push(Spec { driven: false, ..spec.clone() });
+    list.push(Spec { at_panel: false, ..spec.clone() });
     list.push(Spec { quirks: Quirks::default(), ..spec.clone() });
     list.push(Spec { power_fails: false, ..spec.clone() });
     list.push(Spec { latency: Duration::from_millis(1), ..spec.clone() });

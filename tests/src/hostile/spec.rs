@@ -92,6 +92,8 @@ pub struct Spec {
     /// thousand times the time of the rest. So one session in a thousand has them, and `--driven` gives them
     /// to all.
     pub driven: bool,
+    /// Whether the operator steers at the panel, whose screens are hostile, too.
+    pub at_panel: bool,
     /// Behaviour of the controller that real controllers show, too.
     pub quirks: Quirks,
     /// Whether resets are power failures.
@@ -123,6 +125,7 @@ impl Spec {
             latency,
             begins_inside: random.u8(0..16) == 0,
             driven: seed.is_multiple_of(1000),
+            at_panel: false,
             quirks,
             power_fails,
         }
