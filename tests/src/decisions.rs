@@ -151,13 +151,19 @@ impl Decisions {
 
     fn input(&mut self) -> OperatorInput {
         let supervisor = &self.engine.supervisor;
-        let position = supervisor.position();
         self.inputs += 1;
         if self.inputs.is_multiple_of(LOOK_EVERY) {
-            self.wall = position.and_then(|position| nearest_wall(supervisor.plan(), position));
+            self.wall = supervisor.position().and_then(|position| nearest_wall(supervisor.plan(), position));
         }
-        let seen = OperatorView {
-            position_mm: position.map(|place| point_mm(place.point)),
+        self.operator.input(&self.view(), self.now)
+    }
+
+    /// What the operator sees.
+    #[must_use]
+    pub fn view(&self) -> OperatorView {
+        let supervisor = &self.engine.supervisor;
+        OperatorView {
+            position_mm: supervisor.position().map(|place| point_mm(place.point)),
             height_mm: supervisor.height_mm(),
             wall_mm: self.wall,
             part_box: self.part_box,
@@ -166,7 +172,6 @@ impl Decisions {
             spindle_runs: supervisor.spindle_runs() == Some(true),
             phase: supervisor.phase(),
             contoured: !supervisor.finished().is_empty(),
-        };
-        self.operator.input(&seen, self.now)
+        }
     }
 }

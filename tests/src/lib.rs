@@ -2,6 +2,7 @@
 
 pub mod decisions;
 pub mod feel;
+pub mod histogram;
 pub mod hostile;
 #[cfg(unix)]
 pub mod kills;

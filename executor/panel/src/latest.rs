@@ -26,6 +26,12 @@ impl<T: Copy> Latest<T> {
         true
     }
 
+    /// Keeps everyone from the slot, as a thread does that stalls.
+    #[cfg(test)]
+    pub(crate) fn hold(&self) -> std::sync::MutexGuard<'_, T> {
+        self.0.lock().expect("nobody failed")
+    }
+
     /// A copy of the value, unless the slot is just being written.
     pub fn get(&self) -> Option<T> {
         match self.0.try_lock() {
@@ -45,7 +51,7 @@ mod tests {
         let slot = Latest::new(1);
         assert!(slot.put(2) && slot.put(3));
         assert_eq!(slot.get(), Some(3));
-        let held = slot.0.lock().expect("nobody failed");
+        let held = slot.hold();
         assert!(!slot.put(4) && slot.get().is_none());
         drop(held);
         assert_eq!(slot.get(), Some(3));

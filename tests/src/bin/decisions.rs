@@ -17,6 +17,7 @@ use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::point_mm;
 use keepout_tests::decisions::{Cause, Decisions};
+use keepout_tests::histogram::Histogram;
 use keepout_tests::hostile::{Hostile, Style};
 use keepout_tests::order;
 
@@ -36,45 +37,6 @@ struct Arguments {
     /// Measure a part on three axes too: first with its lowest level alone, then with this many levels.
     #[arg(long)]
     levels: Option<u32>,
-}
-
-/// Counts of times, in ns. Each power of two has 16 classes.
-struct Histogram {
-    classes: [u64; 16 * 40],
-    count: u64,
-    max: u64,
-}
-
-impl Default for Histogram {
-    fn default() -> Self {
-        Self { classes: [0; 16 * 40], count: 0, max: 0 }
-    }
-}
-
-impl Histogram {
-    fn add(&mut self, ns: u64) {
-        let ns = ns.max(16);
-        let log = ns.ilog2();
-        let within = (ns >> (log - 4)) & 15;
-        let class = usize::try_from(u64::from(log - 4) * 16 + within).unwrap_or(usize::MAX);
-        self.classes[class.min(16 * 40 - 1)] += 1;
-        self.count += 1;
-        self.max = self.max.max(ns);
-    }
-
-    /// The upper end of the class that contains the quantile `numerator / denominator`, µs.
-    fn quantile(&self, numerator: u64, denominator: u64) -> f64 {
-        let wanted = (self.count * numerator).div_ceil(denominator);
-        let mut sum = 0;
-        for (class, &count) in (0_u32..).zip(&self.classes) {
-            sum += count;
-            if sum >= wanted {
-                return f64::from(16 + class % 16 + 1) * 2.0_f64.powi(i32::try_from(class / 16).unwrap_or(0))
-                    / 1000.0;
-            }
-        }
-        0.0
-    }
 }
 
 fn main() -> ExitCode {
@@ -153,10 +115,7 @@ fn measure(arguments: &Arguments, plan: CertifiedPlan) -> Result<f64, String> {
             taken.iter_mut().zip(decisions).for_each(|(least, again)| least.ns = least.ns.min(again.ns));
         }
     }
-    println!(
-        "| decisions on | count | p50 µs | p99 µs | p99.9 µs | p99.99 µs | max µs |\n\
-         |---|---|---|---|---|---|---|"
-    );
+    println!("{}", Histogram::heading("decisions on"));
     let all = row("all", taken.iter());
     for cause in [Cause::Reply, Cause::OperatorInput, Cause::Tick] {
         row(&format!("{cause:?}"), taken.iter().filter(|each| each.cause == cause));
@@ -249,18 +208,8 @@ fn time_decisions(
 fn row<'a>(name: &str, decisions: impl Iterator<Item = &'a Taken>) -> f64 {
     let mut histogram = Histogram::default();
     decisions.for_each(|each| histogram.add(u64::from(each.ns)));
-    let us = |numerator, denominator| histogram.quantile(numerator, denominator);
-    println!(
-        "| {name} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {}.{} |",
-        histogram.count,
-        us(1, 2),
-        us(99, 100),
-        us(999, 1000),
-        us(9999, 10_000),
-        histogram.max / 1000,
-        histogram.max % 1000 / 100
-    );
-    us(999, 1000)
+    println!("{}", histogram.row(name));
+    histogram.quantile(999, 1000)
 }
 
 /// Most levels of the measured part: its rings are 8 mm apart.

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use keepout_executor::session::place_on_table;
@@ -32,75 +33,84 @@ pub struct Desk {
     /// The simulated machine of this program.
     simulated: StoredMachine,
     state: Mutex<DeskState>,
+    news: Sender<DeskNews>,
     words: Mutex<SessionWords>,
     revision: AtomicU64,
     own: std::sync::Weak<Desk>,
 }
 
-#[derive(Default)]
+/// News of the session. Its loop sends them, and never waits for the page's requests.
+pub enum DeskNews {
+    /// A message to the person.
+    Told(String),
+    /// A place was taken, machine coordinates, mm.
+    Taken(Mm3),
+    /// The plan of the session that begins.
+    Prepared(Box<PreparedPlan>),
+    /// What is cut so far.
+    Progressed(Progress),
+}
+
 struct DeskState {
     job: Option<OpenJob>,
     running: Option<Running>,
     message: Option<String>,
+    news: Receiver<DeskNews>,
+}
+
+impl DeskState {
+    fn take(&mut self, news: DeskNews) {
+        match (news, &mut self.job) {
+            (DeskNews::Told(text), _) => self.message = Some(text),
+            (DeskNews::Taken(at), Some(job)) => job.taken.push(at),
+            (DeskNews::Prepared(work), Some(job)) => job.work = Some(*work),
+            (DeskNews::Progressed(progress), Some(job)) => job.progress = progress,
+            (_, None) => {}
+        }
+    }
 }
 
 impl Desk {
     /// The workbench over a folder of jobs.
     pub fn new(hub: Hub, folder: PathBuf, simulated: StoredMachine) -> Arc<Self> {
+        let (sender, news) = channel();
         Arc::new_cyclic(|own| Self {
             hub,
             folder,
             simulated,
-            state: Mutex::default(),
+            state: Mutex::new(DeskState { job: None, running: None, message: None, news }),
+            news: sender,
             words: Mutex::default(),
             revision: AtomicU64::new(1),
             own: own.clone(),
         })
     }
 
+    /// The state, after all news of the session.
     fn state(&self) -> MutexGuard<'_, DeskState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        while let Ok(news) = state.news.try_recv() {
+            state.take(news);
+        }
+        state
     }
 
     fn changed(&self) {
         self.revision.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Shows a message to the person.
-    pub fn tell(&self, text: &str) {
-        self.state().message = Some(text.into());
-        self.changed();
-    }
-
-    /// A place was taken.
-    pub fn taken(&self, at: Mm3) {
-        if let Some(job) = &mut self.state().job {
-            job.taken.push(at);
-        }
-        self.changed();
-    }
-
-    /// The plan of the session that begins.
-    pub fn prepared(&self, work: PreparedPlan) {
-        if let Some(job) = &mut self.state().job {
-            job.work = Some(work);
-        }
+    /// Takes news of the session. It never waits.
+    pub fn hear(&self, news: DeskNews) {
+        let _ = self.news.send(news);
         self.changed();
     }
 
     /// Takes the words of the session, unless the page just reads them. Returns whether they were taken.
-    pub fn say(&self, words: SessionWords, progress: Option<Progress>) -> bool {
+    pub fn say(&self, words: SessionWords) -> bool {
         match self.words.try_lock() {
             Ok(mut slot) => *slot = words,
             Err(TryLockError::Poisoned(broken)) => *broken.into_inner() = words,
             Err(TryLockError::WouldBlock) => return false,
-        }
-        if let Some(progress) = progress {
-            let Ok(mut state) = self.state.try_lock() else { return false };
-            if let Some(job) = &mut state.job {
-                job.progress = progress;
-            }
-            self.changed();
         }
         true
     }
@@ -245,7 +255,7 @@ fn job_name(drawing: &str) -> String {
 
 impl Workbench for Desk {
     fn job(&self) -> JobView {
-        // The session's thread takes this lock, too, so no file is read under it.
+        // No file is read under the lock.
         let (jobs, machines) = (jobs_of(&self.folder), crate::store::machine_names());
         let state = self.state();
         let mut view = JobView {

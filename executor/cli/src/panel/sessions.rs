@@ -14,7 +14,7 @@ use keepout_executor::supervisor::{PreparedPlan, Supervisor};
 use keepout_panel::bench::{SessionKind, SessionWords};
 use keepout_panel::hub::{Hub, SessionWindow};
 
-use super::desk::Desk;
+use super::desk::{Desk, DeskNews};
 use crate::arguments::{Arguments, CliCommand};
 use crate::at_port::steered;
 use crate::error::CliError;
@@ -91,8 +91,8 @@ fn touch(
         seen = takes.load(Ordering::Relaxed);
         match places.watch(supervisor, key, now) {
             TakeOutcome::Nothing => {}
-            TakeOutcome::Taken(at) => desk.taken(at),
-            TakeOutcome::Refused(reason) => desk.tell(reason),
+            TakeOutcome::Taken(at) => desk.hear(DeskNews::Taken(at)),
+            TakeOutcome::Refused(reason) => desk.hear(DeskNews::Told(reason.into())),
         }
         let done = places.taken.len() == order.touches || halt.load(Ordering::Relaxed);
         if done { Going::Halt } else { Going::On }
@@ -107,7 +107,7 @@ fn touch(
 fn cut(desk: &Desk, hub: &Hub, order: &SessionOrder, halt: &AtomicBool) -> Result<String, CliError> {
     let arguments = arguments_of(order)?;
     let mut shown = Shown::new(hub, order.kind);
-    let mut prepared = |work: &PreparedPlan| desk.prepared(work.clone());
+    let mut prepared = |work: &PreparedPlan| desk.hear(DeskNews::Prepared(Box::new(work.clone())));
     let outcome = steered(&arguments, Box::new(hub.operator()), &mut prepared, &mut |supervisor, _| {
         shown.show(desk, supervisor);
         if halt.load(Ordering::Relaxed) { Going::Halt } else { Going::On }
@@ -159,8 +159,10 @@ impl Shown {
         let said = SessionWords { tally: ContourTally::of(supervisor).to_string(), notices: last.collect() };
         // A dry run and a touch-off cut nothing.
         let cuts = self.kind == SessionKind::Cut && (words.0 != self.words.0 || !self.begun);
-        let progress = cuts.then(|| supervisor.progress());
-        if desk.say(said, progress) {
+        if desk.say(said) {
+            if cuts {
+                desk.hear(DeskNews::Progressed(supervisor.progress()));
+            }
             (self.words, self.begun) = (words, true);
         }
     }

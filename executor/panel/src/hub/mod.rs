@@ -3,6 +3,9 @@
 //! The session loop never waits here. It writes its state to a slot, and reads the gate only when no other thread just
 //! holds it; otherwise it keeps the input of the round before, which expires by itself.
 
+#[cfg(test)]
+mod stall;
+
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -144,6 +147,7 @@ impl Hub {
             hub: self.clone(),
             last: (OperatorInput::default(), Time::ZERO),
             command: None,
+            attended: self.now(),
             holds: false,
         }
     }
@@ -224,31 +228,46 @@ pub struct PanelOperator {
     /// The last input, and when it was read.
     last: (OperatorInput, Time),
     command: Option<OperatorCommand>,
+    /// When the holder of the lease was last heard, as far as this is known.
+    attended: Time,
     /// The contour was held because nobody was at the controls.
     holds: bool,
+}
+
+impl PanelOperator {
+    /// A feed hold, once, when nobody is at the controls while a contour is cut. A panel that stalls counts as nobody:
+    /// its feed hold would not arrive.
+    fn hold_when_alone(&mut self, phase: Phase, now: Time) {
+        let holds = phase == Phase::Contouring && now.since(self.attended) > UNATTENDED;
+        if holds && !self.holds {
+            self.command = self.command.or(Some(OperatorCommand::FeedHold));
+        }
+        self.holds = holds;
+    }
 }
 
 impl Operator for PanelOperator {
     fn input(&mut self, view: &OperatorView, _now: Time) -> OperatorInput {
         let now = self.hub.now();
-        if let Ok(mut desk) = self.hub.0.control.try_lock() {
+        let read = if let Ok(mut desk) = self.hub.0.control.try_lock() {
             // Without a phase that is steered, the tool moves by itself or rests.
             if !view.phase.is_steered() {
                 desk.gate.require_release();
             }
             self.last = (desk.gate.input(now), now);
             self.command = desk.gate.next_command();
-            let alone = now.since(desk.attended) > UNATTENDED;
-            let holds = alone && view.phase == Phase::Contouring;
-            if holds && !self.holds {
-                self.command = self.command.or(Some(OperatorCommand::FeedHold));
-            }
-            self.holds = holds;
-            return self.last.0;
+            self.attended = desk.attended;
+            true
+        } else {
+            false
+        };
+        self.hold_when_alone(view.phase, now);
+        let (input, at) = self.last;
+        if read {
+            return input;
         }
         // A browser's thread is just here. The steps of the round before were counted then.
-        let (input, read) = self.last;
-        if now.since(read) > INPUT_LIVES {
+        if now.since(at) > INPUT_LIVES || !view.phase.is_steered() {
             return OperatorInput::default();
         }
         OperatorInput { turned_mm: keepout_planner::Mm2::ZERO, turned_up_mm: 0.0, ..input }
