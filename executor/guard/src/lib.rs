@@ -100,7 +100,7 @@ pub use hull::Hull;
 pub use in_flight::DRAIN;
 use in_flight::{InFlight, LINES_MAX, Line};
 use keepout_kernel::{Height, Length, Levels, Place};
-pub use motion::{Certified, CertifiedCancel, Motion, Refusal};
+pub use motion::{Certified, CertifiedCancel, FeedOverride, Motion, Refusal};
 use nearest::clear_box;
 pub use open_space::guard_in_open_space;
 pub use place::FreePlace;

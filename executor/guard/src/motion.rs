@@ -32,7 +32,57 @@ pub enum Motion {
     },
 }
 
+/// A feed override that only slows: 25 to 100 per cent of the feed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FeedOverride(u8);
+
+impl Default for FeedOverride {
+    fn default() -> Self {
+        Self::FULL
+    }
+}
+
+impl FeedOverride {
+    /// Least override, per cent. The longest motion of a contour lasts four times as long then, and so does a feed
+    /// hold.
+    pub const LEAST: u8 = 25;
+    /// The planned feed.
+    pub const FULL: Self = Self(100);
+
+    /// The override of these per cent, or the nearest one.
+    #[must_use]
+    pub fn of_percent(percent: u8) -> Self {
+        Self(percent.clamp(Self::LEAST, 100))
+    }
+
+    /// The override, per cent.
+    #[must_use]
+    pub const fn percent(self) -> u8 {
+        self.0
+    }
+
+    /// The feed under this override, mm/min: never faster, and never zero unless the feed is.
+    #[must_use]
+    pub fn of(self, feed_mm_min: u32) -> u32 {
+        let slowed = u64::from(feed_mm_min) * u64::from(self.0) / 100;
+        u32::try_from(slowed).unwrap_or(feed_mm_min).max(1).min(feed_mm_min)
+    }
+}
+
 impl Certified {
+    /// The same motion under a feed override. The certificate of a contour's motion does not depend on its feed, since
+    /// it is never cancelled. A jog stays as it is, because the reach of its cancel follows from its feed.
+    #[must_use]
+    pub fn slowed(self, feed: FeedOverride) -> Self {
+        let motion = match self.motion {
+            Motion::Contour { curve, heights, feed_mm_min } => {
+                Motion::Contour { curve, heights, feed_mm_min: feed.of(feed_mm_min) }
+            }
+            jog @ Motion::Jog { .. } => jog,
+        };
+        Self { motion }
+    }
+
     /// The motion.
     #[must_use]
     pub fn motion(&self) -> &Motion {

@@ -32,6 +32,8 @@ pub struct SessionState {
     pub spindle: Option<bool>,
     /// Share of the contour job that was sent, 0 to 1.
     pub share: Option<f64>,
+    /// Feed override of the contours, per cent.
+    pub feed_percent: u8,
     /// Time that the rest of the contour takes at its feeds, s.
     pub left_s: Option<f64>,
     /// The fault that stopped the session.
@@ -86,6 +88,7 @@ impl SessionState {
             armed: supervisor.is_armed(),
             spindle: supervisor.spindle_runs(),
             share: guard.contour_progress().map(share),
+            feed_percent: supervisor.feed_override().percent(),
             left_s,
             fault: supervisor.fault().copied(),
             hull_mm: Corners::of(hull.iter().flat_map(Hull::corners).copied().map(point_mm)),
@@ -93,14 +96,15 @@ impl SessionState {
     }
 }
 
-/// The time that the rest of a contour takes at its feeds, without acceleration, s. `None` without a contour.
+/// The time that the rest of a contour takes at its feeds and the present override, without acceleration, s. `None`
+/// without a contour.
 #[must_use]
 pub fn seconds_left(supervisor: &Supervisor) -> Option<f64> {
     let left = supervisor.guard().contour_left();
     let climb = |[from, to]: [Height; 2]| mm(from.units()) - mm(to.units());
     let minutes = left.iter().map(|motion| {
         let way = (motion.curve.length() / f64::from(UNITS_PER_MM)).hypot(climb(motion.heights));
-        way / f64::from(motion.feed_mm_min.max(1))
+        way / f64::from(supervisor.feed_override().of(motion.feed_mm_min).max(1))
     });
     (!left.is_empty()).then(|| minutes.sum::<f64>() * 60.0)
 }

@@ -122,7 +122,7 @@ impl Supervisor {
         while self.runs_low() {
             let Some(certified) = self.guard.next_of_contour() else { break };
             self.counts.contour_motions += 1;
-            commands.push(Command::Move(certified));
+            commands.push(Command::Move(certified.slowed(self.operation.feed)));
         }
     }
 
@@ -144,11 +144,12 @@ impl Supervisor {
         let mut queued = self.guard.contour_left().iter().take(sent.saturating_sub(at));
         let Some(under_way) = queued.next() else { return true };
         let here = self.position.unwrap_or(under_way.from());
-        let feed_mm_s = mm_s(under_way.feed_mm_min);
+        let speed = |motion: &ContourMotion| mm_s(self.operation.feed.of(motion.feed_mm_min));
+        let feed_mm_s = speed(under_way);
         let first = way_mm(here, under_way.to()) / feed_mm_s;
         let seconds = |motion: &ContourMotion| {
             let along_mm = motion.curve.length() / f64::from(UNITS_PER_MM);
-            along_mm.hypot(climb_mm(motion.heights)) / mm_s(motion.feed_mm_min)
+            along_mm.hypot(climb_mm(motion.heights)) / speed(motion)
         };
         let behind: f64 = queued.map(seconds).sum();
         let braking = feed_mm_s / self.limits.acceleration_mm_s2;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_guard::Guard;
+use keepout_guard::{FeedOverride, Guard};
 use keepout_kernel::Place;
 use keepout_planner::job::LoopNumber;
 use keepout_planner::plan::CertifiedPlan;
@@ -59,6 +59,12 @@ impl Supervisor {
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         matches!(self.mode, Some(Mode::Idle | Mode::Held))
+    }
+
+    /// The feed override of contours.
+    #[must_use]
+    pub fn feed_override(&self) -> FeedOverride {
+        self.operation.feed
     }
 
     /// Number of finishing loops that earlier sessions had finished.

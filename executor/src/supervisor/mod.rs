@@ -38,7 +38,7 @@ pub use input::{
 };
 pub use jog::Limits;
 use jog::{JogContext, JogPlanner, WallContact};
-use keepout_guard::{Guard, Time};
+use keepout_guard::{FeedOverride, Guard, Time};
 use keepout_kernel::{Height, Place};
 use keepout_planner::Mm2;
 use keepout_planner::job::{LoopNumber, Progress};
@@ -111,6 +111,7 @@ struct Operation {
     /// What the tool does by itself along the third axis.
     errand: Option<Errand>,
     spindle: Spindle,
+    feed: FeedOverride,
 }
 
 /// The progress of the contours, and the rest of an interrupted contour.
@@ -211,6 +212,9 @@ impl Supervisor {
             (OperatorCommand::CycleStart, phase) if phase.is_steered() => self.resume(),
             (OperatorCommand::Recover, Phase::Faulted) => self.recover(now),
             (OperatorCommand::Spindle { runs }, _) => self.take_spindle(runs, now),
+            (OperatorCommand::Feed { percent }, _) => {
+                self.operation.feed = FeedOverride::of_percent(percent);
+            }
             (OperatorCommand::Raise, phase) if phase.is_steered() => self.begin_raise(),
             (OperatorCommand::Cross { contour }, phase) if phase.is_steered() => self.begin_crossing(contour),
             _ => {}

@@ -87,7 +87,7 @@ fn input(velocity: Mm2) -> Event {
 type Happens = (&'static str, fn() -> Event);
 
 /// Every kind of event.
-const EVENTS: [Happens; 30] = [
+const EVENTS: [Happens; 31] = [
     ("report: idle", || report(Mode::Idle)),
     ("report: moving", || report(Mode::Moving)),
     ("report: slowing", || report(Mode::Slowing)),
@@ -113,6 +113,7 @@ const EVENTS: [Happens; 30] = [
     ("ask: pause", || command(OperatorCommand::FeedHold)),
     ("ask: resume", || command(OperatorCommand::CycleStart)),
     ("ask: recover", || command(OperatorCommand::Recover)),
+    ("ask: slower", || command(OperatorCommand::Feed { percent: 50 })),
     ("ask: quit", || command(OperatorCommand::Stop)),
     ("tick", || Event::Tick),
     ("no job", || Event::Job(Box::new(Err(JobError::Failed)))),

@@ -30,6 +30,8 @@ pub fn input(depths: bool, u: &mut Unstructured<'_>) -> Result<(OperatorInput, O
         1 | 2 => Some(OperatorCommand::CycleStart),
         3 => Some(OperatorCommand::Recover),
         4 => Some(OperatorCommand::Stop),
+        5 => Some(OperatorCommand::Feed { percent: 30 }),
+        6 => Some(OperatorCommand::Feed { percent: u8::MAX }),
         _ => None,
     };
     let armed = u.int_in_range(0..=2_u8)? == 0;

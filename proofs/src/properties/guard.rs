@@ -5,13 +5,13 @@ use std::sync::{Arc, OnceLock};
 
 use keepout_guard::Hull;
 use keepout_guard::{
-    Certification, ContourMotion, DRAIN, Guard, HeightRules, Interpolation, Motion, OnCancel,
-    PositionFeedback, Refusal, Rules, Time,
+    Certification, Certified, ContourMotion, DRAIN, FeedOverride, Guard, HeightRules, Interpolation, Motion,
+    OnCancel, PositionFeedback, Refusal, Rules, Time,
 };
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
 use keepout_kernel::offset::shortest_arc;
 use keepout_kernel::{
-    Curve, Length, Levels, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Turn,
+    Curve, Height, Length, Levels, Point, ProhibitedRegion, Region, Ring, Segment, Side, Triangle, Turn,
 };
 
 use super::Xy;
@@ -119,6 +119,13 @@ properties! {
         places_on_arcs_are_told(rim(d), rim(d), [rim(d), field(d)][d.one_of(2)], d.coin())
         => "a report during an arc is accepted only near the arc, and always on the arc";
         random 40_000;
+    slowed_motions_differ_in_their_feed_alone |d| {
+        let (percent, more) = (d.int(0, 255), d.int(0, 255));
+        slowed_motions_differ_in_their_feed_alone([field(d), field(d)], [percent, more], d.int(0, 20_000))
+    }
+        => "under a feed override a motion of a contour has the same curve and heights, a feed of at most the planned \
+            one, at least a quarter of it, and never less under a higher override; a jog stays as it is";
+        random 20_000;
     jogs_beyond_the_travel_are_refused |d|
         jogs_beyond_the_travel_are_refused((d.int(-40_000, 40_000), d.int(-40_000, 40_000)))
         => "no admitted jog leads beyond the travel or is shorter than the controller resolves";
@@ -594,6 +601,39 @@ fn places_on_arcs_are_told(from: Xy, to: Xy, place: Xy, left: bool) {
     assert!(!believed || near, "{arc:?} {place:?}");
     let on = between(at(place)) && (radius - away).abs() <= reach - 3;
     assert!(believed || !on, "{arc:?} {place:?}");
+}
+
+fn slowed_motions_differ_in_their_feed_alone(ends: [Xy; 2], percents: [i64; 2], feed: i64) {
+    let feed = u32::try_from(feed).unwrap_or(0);
+    let located = || {
+        let mut guard = guard(Interpolation::Linear, true);
+        guard.locate(at(ends[0]).in_plane()).ok().map(|_| guard)
+    };
+    let (Some(mut jogs), Some(mut guard)) = (located(), located()) else { return passed_over() };
+    let [one, other] = percents.map(|percent| FeedOverride::of_percent(u8::try_from(percent).unwrap_or(0)));
+    let slowed = |certified: Certified, by: FeedOverride| *certified.slowed(by).motion();
+    let line = Curve::Line(Segment { from: at(ends[0]), to: at(ends[1]) });
+    if let Ok(jog) = jogs.jog(at(ends[1]).in_plane(), feed) {
+        assert_eq!(slowed(jog, one), *jog.motion());
+    }
+    if guard.begin_contour(vec![ContourMotion::in_plane(line, feed)]).is_err()
+        || guard.certify_contour(1) != Ok(Certification::Done)
+    {
+        return passed_over();
+    }
+    let Some(certified) = guard.next_of_contour() else { return passed_over() };
+    let feed_under = |by| match slowed(certified, by) {
+        Motion::Contour { curve, heights, feed_mm_min } => {
+            assert_eq!((curve, heights), (line, [Height::ZERO; 2]));
+            feed_mm_min
+        }
+        jog @ Motion::Jog { .. } => panic!("{jog:?} was a motion of a contour"),
+    };
+    let (a, b) = (feed_under(one), feed_under(other));
+    assert!(a <= feed && 4 * (a + 1) > feed, "{a} of {feed} mm/min");
+    assert!(a > 0 || feed == 0, "{feed} mm/min");
+    assert!(one.percent() > other.percent() || a <= b, "{one:?} {other:?}: {a} and {b} mm/min");
+    assert_eq!(feed_under(FeedOverride::FULL), feed);
 }
 
 fn jogs_beyond_the_travel_are_refused(to: Xy) {

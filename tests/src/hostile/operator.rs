@@ -138,6 +138,9 @@ impl Hostile {
         self.command = match phase {
             Phase::Faulted if chance < 0.05 => Some(OperatorCommand::Recover),
             Phase::Contouring if chance < self.restless => Some(OperatorCommand::FeedHold),
+            Phase::Contouring if chance < 2.0 * self.restless => {
+                Some(OperatorCommand::Feed { percent: self.random.u8(..) })
+            }
             Phase::Holding if chance < 0.05 => Some(OperatorCommand::CycleStart),
             phase if phase.is_steered() && chance < self.restless => Some(OperatorCommand::CycleStart),
             _ => None,

@@ -156,6 +156,7 @@ impl Screen {
                 OperatorCommand::Cross { contour: random.usize(0..9) },
                 OperatorCommand::Spindle { runs: true },
                 OperatorCommand::Recover,
+                OperatorCommand::Feed { percent: random.u8(..) },
             ];
             if random.u8(0..20) == 0 {
                 texts.push(self.command(commands[random.usize(0..commands.len())], now));

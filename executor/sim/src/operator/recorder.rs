@@ -183,6 +183,7 @@ mod tests {
             Some(OperatorCommand::Raise),
             Some(OperatorCommand::Cross { contour: 12 }),
             Some(OperatorCommand::Spindle { runs: false }),
+            Some(OperatorCommand::Feed { percent: 50 }),
         ];
         (0..500)
             .map(|_| {

@@ -115,6 +115,7 @@ fn step(content: &str, armed: bool) -> Option<Step> {
         ["quit"] => (OperatorInput::default(), Some(OperatorCommand::Stop)),
         ["up", up] => (OperatorInput { up: number(up)?, ..still }, None),
         ["cross", contour] => (still, Some(OperatorCommand::Cross { contour: contour.parse().ok()? })),
+        ["feed", percent] => (still, Some(OperatorCommand::Feed { percent: percent.parse().ok()? })),
         ["spindle", "runs"] => (still, Some(OperatorCommand::Spindle { runs: true })),
         ["spindle", "stands"] => (still, Some(OperatorCommand::Spindle { runs: false })),
         [word] => (still, Some(command(word)?)),

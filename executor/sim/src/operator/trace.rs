@@ -205,7 +205,7 @@ fn seconds(text: &str) -> Option<Duration> {
     Some(Duration::from_secs(whole.parse().ok()?) + Duration::from_micros(micros))
 }
 
-/// The flags of the commands, but for the crossing.
+/// The flags of the commands, but for those with a number.
 const FLAGS: [(&str, OperatorCommand); 7] = [
     ("p", OperatorCommand::FeedHold),
     ("r", OperatorCommand::CycleStart),
@@ -220,6 +220,7 @@ const FLAGS: [(&str, OperatorCommand); 7] = [
 pub(super) fn flag_of(command: OperatorCommand) -> String {
     match command {
         OperatorCommand::Cross { contour } => format!("c{contour}"),
+        OperatorCommand::Feed { percent } => format!("v{percent}"),
         other => FLAGS.iter().find(|flag| flag.1 == other).map_or("", |flag| flag.0).into(),
     }
 }
@@ -233,9 +234,10 @@ fn flags_of(flags: &str) -> Option<(bool, Option<OperatorCommand>)> {
     if rest.is_empty() {
         return armed.then_some((true, None));
     }
-    let command = match rest.strip_prefix('c') {
-        Some(contour) => OperatorCommand::Cross { contour: contour.parse().ok()? },
-        None => FLAGS.iter().find(|flag| flag.0 == rest)?.1,
+    let command = match (rest.strip_prefix('c'), rest.strip_prefix('v')) {
+        (Some(contour), _) => OperatorCommand::Cross { contour: contour.parse().ok()? },
+        (_, Some(percent)) => OperatorCommand::Feed { percent: percent.parse().ok()? },
+        _ => FLAGS.iter().find(|flag| flag.0 == rest)?.1,
     };
     Some((armed, Some(command)))
 }

@@ -69,6 +69,11 @@ pub enum OperatorCommand {
         /// Whether it runs.
         runs: bool,
     },
+    /// Overrides the feed of contours: 25 to 100 per cent.
+    Feed {
+        /// The override, per cent.
+        percent: u8,
+    },
     /// Stops the machine and ends the session.
     Stop,
 }
