@@ -19,6 +19,9 @@ pub(crate) enum MachineArgument {
     SimFast,
 }
 
+/// Feed along contours where none is given, mm/min.
+pub(crate) const FEED_MM_MIN: u32 = 900;
+
 /// The report of a job, in its folder.
 #[derive(Clone, Debug)]
 pub(crate) struct JobReport {
@@ -170,6 +173,6 @@ impl RunArguments {
 
     /// Feed of the finishing contour, mm/min.
     pub(crate) fn feed_mm_min(&self) -> u32 {
-        self.feed_mm_min.unwrap_or(900)
+        self.feed_mm_min.unwrap_or(FEED_MM_MIN)
     }
 }

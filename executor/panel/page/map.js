@@ -1,13 +1,19 @@
+import { Shape } from "./shape.js";
+
 // The map: the part, its contours and the tool, drawn on a canvas from the lines that the pictures have, too.
 
 const COLOURS = {
-  dark: { ground: "#0c1116", face: "#56616d", edge: "#e3ebf2", zone: "#7c3b3b", left: "#3c4650", todo: "#f0b429",
+  dark: { ground: "#0c1116", face: "#56616d", edge: "#e3ebf2", zone: "#7c3b3b", rest: "#9c7b2e", left: "#3c4650", todo: "#f0b429",
     cut: "#3fb27f", missed: "#e5484d", tool: "#ffffff", trail: "#3aa0e6", hull: "#3aa0e6", text: "#dfe7ee" },
-  light: { ground: "#f7f9fb", face: "#b9c4ce", edge: "#1c2733", zone: "#d98e8e", left: "#c9d2da", todo: "#a66a00",
+  light: { ground: "#f7f9fb", face: "#b9c4ce", edge: "#1c2733", zone: "#d98e8e", rest: "#d9b65a", left: "#c9d2da", todo: "#a66a00",
     cut: "#12734a", missed: "#b3261e", tool: "#000000", trail: "#0a66a8", hull: "#0a66a8", text: "#10151a" },
 };
 /** Most points of the trail. */
 const TRAIL_MAX = 4000;
+/** Distance of a finger from a contour that it means, pixels. */
+const TOUCH_PIXELS = 28;
+/** Way of a finger that still is a tap, pixels. */
+const TAP_PIXELS = 8;
 
 export class PartMap {
   /** @param {HTMLCanvasElement} canvas */
@@ -21,6 +27,12 @@ export class PartMap {
     this.states = new Map();
     this.hull = [];
     this.touch = null;
+    this.shapes = null;
+    this.depths = [];
+    this.depth = null;
+    this.chosen = null;
+    /** @type {(number: number | null) => void} */
+    this.onChosen = () => {};
     this.showHull = false;
     this.drawn = 0;
     this.frame = 0;
@@ -35,22 +47,15 @@ export class PartMap {
   /** Takes a new map. @param {object} map */
   take(map) {
     this.map = map;
-    const path = (lines, closed) => {
-      const made = new Path2D();
-      for (const line of lines) {
-        for (let k = 0; k + 1 < line.length; k += 2) {
-          if (k === 0) made.moveTo(line[0], line[1]); else made.lineTo(line[k], line[k + 1]);
-        }
-        if (closed) made.closePath();
-      }
-      return made;
+    this.shapes = {
+      faces: map.faces.map(([height, lines]) => [height, new Shape(lines, true)]),
+      zones: new Shape(map.zones, true),
+      left: new Shape(map.left_out, false),
+      rest: map.rest.map(([depth, lines]) => [depth, new Shape(lines, true)]),
+      contours: map.contours.map(([number, depth, line]) => ({ number, depth, shape: new Shape([line], true) })),
     };
-    this.paths = {
-      faces: map.faces.map(([height, lines]) => [height, path(lines, true)]),
-      zones: path(map.zones, true),
-      left: path(map.left_out, false),
-      contours: map.contours.map(([number, depth, line]) => [number, depth, path([line], true)]),
-    };
+    this.depths = [...new Set(map.contours.map(([, depth]) => depth))].sort((one, other) => other - one);
+    this.depth = null;
     this.trail = [];
     this.fit();
     this.ask();
@@ -72,6 +77,7 @@ export class PartMap {
     this.draw();
   }
 
+  /** @param {number} factor @param {number[]} at */
   zoomBy(factor, at = [this.canvas.width / 2, this.canvas.height / 2]) {
     if (!this.view) return;
     const before = this.toDrawing(at);
@@ -82,11 +88,13 @@ export class PartMap {
     this.ask();
   }
 
+  /** @param {number[]} at */
   toDrawing([x, y]) {
     const { zoom, x: cx, y: cy } = this.view;
     return [cx + (x - this.canvas.width / 2) / zoom, cy - (y - this.canvas.height / 2) / zoom];
   }
 
+  /** @param {number[]} at */
   toScreen([x, y]) {
     const { zoom, x: cx, y: cy } = this.view;
     return [this.canvas.width / 2 + (x - cx) * zoom, this.canvas.height / 2 - (y - cy) * zoom];
@@ -95,15 +103,19 @@ export class PartMap {
   gestures() {
     const { canvas } = this;
     const fingers = new Map();
+    /** Where the finger came down that may be a tap. */
+    let tap = null;
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       fingers.set(event.pointerId, [event.clientX, event.clientY]);
+      tap = fingers.size === 1 ? [event.clientX, event.clientY] : null;
     });
     canvas.addEventListener("pointermove", (event) => {
       const before = fingers.get(event.pointerId);
       if (!before || !this.view) return;
       const scale = devicePixelRatio || 1;
       const now = [event.clientX, event.clientY];
+      if (tap && Math.hypot(now[0] - tap[0], now[1] - tap[1]) > TAP_PIXELS) tap = null;
       const others = [...fingers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
       if (others.length === 1) {
         const span = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
@@ -117,9 +129,16 @@ export class PartMap {
       }
       fingers.set(event.pointerId, now);
     });
-    for (const name of ["pointerup", "pointercancel"]) {
-      canvas.addEventListener(name, (event) => fingers.delete(event.pointerId));
-    }
+    canvas.addEventListener("pointerup", () => {
+      if (!tap || !this.shapes) return;
+      const box = canvas.getBoundingClientRect();
+      const scale = devicePixelRatio || 1;
+      this.choose(this.contourAt([(tap[0] - box.left) * scale, (tap[1] - box.top) * scale]));
+      this.onChosen(this.chosen);
+      tap = null;
+    });
+    canvas.addEventListener("pointerup", (event) => fingers.delete(event.pointerId));
+    canvas.addEventListener("pointercancel", (event) => fingers.delete(event.pointerId));
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
       const box = canvas.getBoundingClientRect();
@@ -140,6 +159,31 @@ export class PartMap {
     this.ask();
   }
 
+  /** Whether the map shows this depth. */
+  shows(depth) { return this.depth === null || this.depth === depth; }
+
+  /** Shows the next depth alone, or all after the last one. Returns it. */
+  nextDepth() {
+    const next = this.depth === null ? 0 : this.depths.indexOf(this.depth) + 1;
+    this.depth = this.depths[next] ?? null;
+    this.ask();
+    return this.depth;
+  }
+
+  /** Marks a contour, or none. @param {number | null} number */
+  choose(number) {
+    this.chosen = number;
+    this.ask();
+  }
+
+  /** The contour under a finger. @param {number[]} at place on the canvas, pixels */
+  contourAt(at) {
+    const place = this.toDrawing(at);
+    const near = this.shapes.contours.map(({ number, shape }) => [shape.distance(place), number]);
+    const [distance, number] = near.reduce((best, next) => (next[0] < best[0] ? next : best), [Infinity, null]);
+    return distance * this.view.zoom < TOUCH_PIXELS ? number : null;
+  }
+
   ask() {
     if (this.frame) return;
     this.frame = requestAnimationFrame(() => { this.frame = 0; this.draw(); });
@@ -151,33 +195,46 @@ export class PartMap {
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.fillStyle = colours.ground;
     context.fillRect(0, 0, canvas.width, canvas.height);
-    if (!view || !this.paths) return;
+    if (!view || !this.shapes) return;
     const { zoom } = view;
     const scale = devicePixelRatio || 1;
+    const [left, top] = this.toDrawing([0, 0]);
+    const [right, bottom] = this.toDrawing([canvas.width, canvas.height]);
+    // The path reaches a little beyond the view, so that widths of lines do not show there.
+    const margin = 8 * scale / zoom;
+    const box = [left - margin, bottom - margin, right + margin, top + margin];
+    const path = (shape) => shape.of(box, 1 / zoom);
     context.setTransform(zoom, 0, 0, -zoom, canvas.width / 2 - view.x * zoom, canvas.height / 2 + view.y * zoom);
     const width = (pixels) => { context.lineWidth = pixels * scale / zoom; };
     context.lineJoin = "round";
     width(1);
     context.strokeStyle = colours.left;
-    context.stroke(this.paths.left);
-    const count = this.paths.faces.length;
-    this.paths.faces.forEach(([, path], index) => {
+    context.stroke(path(this.shapes.left));
+    const count = this.shapes.faces.length;
+    this.shapes.faces.forEach(([, shape], index) => {
       context.globalAlpha = 0.55 + 0.45 * (index + 1) / count;
       context.fillStyle = colours.face;
-      context.fill(path, "evenodd");
+      context.fill(path(shape), "evenodd");
       context.globalAlpha = 1;
       width(1.5);
       context.strokeStyle = colours.edge;
-      context.stroke(path);
+      context.stroke(path(shape));
     });
+    for (const [depth, shape] of this.shapes.rest) {
+      if (!this.shows(depth)) continue;
+      context.fillStyle = colours.rest;
+      context.fill(path(shape), "evenodd");
+    }
     context.fillStyle = colours.zone;
-    context.fill(this.paths.zones, "evenodd");
-    for (const [number, , path] of this.paths.contours) {
+    context.fill(path(this.shapes.zones), "evenodd");
+    for (const { number, depth, shape } of this.shapes.contours) {
       const state = this.states.get(number);
       context.strokeStyle = state === "cut" ? colours.cut : state === "not_reached" ? colours.missed : colours.todo;
-      width(2);
-      context.stroke(path);
+      context.globalAlpha = this.shows(depth) ? 1 : 0.2;
+      width(number === this.chosen ? 5 : 2);
+      context.stroke(path(shape));
     }
+    context.globalAlpha = 1;
     this.drawTool(colours, width);
     this.drawn += 1;
   }

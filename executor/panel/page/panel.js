@@ -2,7 +2,7 @@
 
 import { DEAD_MS, Link } from "./link.js";
 import { PartMap } from "./map.js";
-import { ask, button, make, mm, request, stayAwake } from "./parts.js";
+import { ask, button, dialogOf, make, minutes, mm, request, stayAwake } from "./parts.js";
 import { Steering } from "./steering.js";
 import { beginDialog, side } from "./steps.js";
 import { LANGUAGES, texts } from "./texts.js";
@@ -26,22 +26,53 @@ class Panel {
     this.state = null;
     this.step = "drawing";
     this.revision = -1;
-    this.map = new PartMap(at("map"));
-    this.link = new Link((state) => this.take(state), (reason) => this.tell(reason));
+    this.map = new PartMap(/** @type {HTMLCanvasElement} */ (at("map")));
+    this.watchPresses();
+    this.link = new Link((state) => this.take(state), (reason) => this.tell(reason, NOTICE_MS));
     this.steering = new Steering(this.link);
-    this.steering.mayKeys = () => this.job?.running && !at("dialog").open;
+    this.steering.mayKeys = () => this.job?.running && !dialogOf().open;
     at("map-tools").append(button("−", () => this.map.zoomBy(1 / 1.4)), button("+", () => this.map.zoomBy(1.4)),
       button(this.texts.fit, () => this.map.fit()),
-      button(this.texts.hull, () => { this.map.showHull = !this.map.showHull; this.map.ask(); }));
+      button(this.texts.hull, () => { this.map.showHull = !this.map.showHull; this.map.ask(); }), this.depthButton());
+    this.map.onChosen = () => this.show();
     setInterval(() => this.showState(), 100);
     setInterval(() => this.link.send({ type: "alive" }), 500);
     addEventListener("keydown", (event) => {
-      if (event.key === " " && this.job?.running && !at("dialog").open) {
+      if (event.key === " " && this.job?.running && !dialogOf().open) {
         event.preventDefault();
         this.stop();
       }
     });
     stayAwake();
+  }
+
+  /** Whether a finger is on a button of a part of the page: what is built again under it would lose its click. */
+  waits(id) {
+    const waits = this.pressed !== null && at(id).contains(this.pressed);
+    this.later ||= waits;
+    return waits;
+  }
+
+  /** Remembers the button under a finger until its click is done. */
+  watchPresses() {
+    this.pressed = null;
+    this.later = false;
+    addEventListener("pointerdown", (event) => { this.pressed = event.target instanceof Element ? event.target.closest("button") : null; }, true);
+    for (const name of ["pointerup", "pointercancel"]) {
+      addEventListener(name, () => setTimeout(() => {
+        this.pressed = null;
+        if (this.later) { this.later = false; this.show(); }
+      }), true);
+    }
+  }
+
+  /** Shows one depth after another on the map. */
+  depthButton() {
+    const made = button(this.texts.depth_all, () => {
+      const depth = this.map.nextDepth();
+      made.textContent = depth === null ? this.texts.depth_all : `${depth.toFixed(2)} mm`;
+    }, { id: "depth", hidden: true });
+    return made;
   }
 
   deep() { return (this.state?.session?.height_mm ?? null) !== null; }
@@ -50,6 +81,10 @@ class Panel {
   async take(state) {
     this.state = state;
     const session = state.session;
+    const kind = ["manual", "sliding"].includes(session?.phase) ? "steered" : session?.phase;
+    // What was said of a phase is not true of the next one.
+    if (kind !== this.kind) this.notice = { text: this.notice?.text, until: 0 };
+    this.kind = kind;
     const notice = session?.notices[session.notices.length - 1];
     if (notice && notice !== this.notice?.text) this.notice = { text: notice, until: performance.now() + NOTICE_MS };
     const [dx, dy] = this.job?.shift_mm ?? [0, 0];
@@ -61,10 +96,10 @@ class Panel {
       this.revision = state.revision;
       try { await this.read(); } finally { this.reading = false; }
     }
+    this.showContour(session);
     // The pad is built again only when what it offers changes, so that a finger on it stays.
-    const offers = JSON.stringify([this.deep(), session?.spindle, Boolean(session), FINISHING.includes(session?.phase)]);
-    const kind = ["manual", "sliding"].includes(session?.phase) ? "steered" : session?.phase;
-    const control = JSON.stringify([state.control, kind, session?.armed]);
+    const offers = JSON.stringify([this.deep(), session?.spindle, Boolean(session), this.finishes()]);
+    const control = JSON.stringify([state.control, kind, session?.armed, session?.interrupted && session?.rests]);
     if (state.control.holder === "mine" && this.holder !== "mine") this.link.onOpened();
     this.holder = state.control.holder;
     if (offers !== this.offers) {
@@ -75,11 +110,32 @@ class Panel {
     this.control = control;
   }
 
+  /** How far the contour is, on the page beside the map. */
+  showContour(session) {
+    if (!session) return;
+    const set = (id, text) => { if (at(id)) at(id).textContent = text; };
+    set("percent", `${Math.floor((session.share ?? 0) * 100)} %`);
+    set("left", session.left_s === null ? "" : `${this.texts.left} ${minutes(session.left_s / 60)} ${this.texts.min}`);
+    set("tally", this.tally());
+    for (const one of document.querySelectorAll("#feed button")) {
+      one.classList.toggle("chosen", one.getAttribute("value") === String(session.feed_percent));
+    }
+  }
+
+  /** How many contours are cut. */
+  tally() {
+    const { contours } = this.job;
+    const cut = contours.filter(({ state }) => state === "cut").length;
+    return `${this.texts.contours}: ${cut} / ${contours.length} ${this.texts.state.cut}`;
+  }
+
   /** Reads the job and the map again. */
   async read() {
     const before = this.job;
     this.job = await ask("/api/job");
     this.map.take(await ask("/api/map"));
+    at("depth").hidden = this.map.depths.length < 2;
+    at("depth").textContent = this.texts.depth_all;
     this.map.states = new Map(this.job.contours.map(({ number, state }) => [number, state]));
     const [touches, taken] = this.job.touches;
     this.map.touch = this.job.running === "touch" ? touches[taken]?.at_mm ?? null : null;
@@ -88,6 +144,9 @@ class Panel {
     this.show();
   }
 
+  /** Whether the machine finishes by itself. */
+  finishes() { return FINISHING.includes(this.state?.session?.phase); }
+
   go(step) {
     this.step = step;
     this.show();
@@ -95,11 +154,11 @@ class Panel {
 
   show() {
     if (!this.job) return;
-    const finishes = this.job.running === "cut" && FINISHING.includes(this.state?.session?.phase);
+    const finishes = this.job.running === "cut" && this.finishes();
     const due = STEPS.indexOf(finishes ? "finish" : this.step);
     at("steps").replaceChildren(...STEPS.map((step, index) => make("span",
       { class: index === due ? "due" : index < due ? "done" : "" }, `${index + 1} ${this.texts.step[index]}`)));
-    at("side").replaceChildren(...side(this).filter((part) => part));
+    if (!this.waits("side")) at("side").replaceChildren(...side(this).filter((part) => part));
     at("pins").replaceChildren(...this.job.pins.map((pin) => make("div", {}, make("span", {}, pin.text),
       pin.remedy ? button(pin.remedy.text, () => this.ask(pin.remedy.request)) : null)));
     this.bar();
@@ -109,19 +168,14 @@ class Panel {
   /** The row of large buttons. */
   bar() {
     const { texts: words, state, job } = this;
-    if (!job || !state) return;
+    if (!job || !state || this.waits("bar")) return;
     const parts = [];
     const session = state.session;
     if (job.running) {
       // It acts when it is touched, and not when it is let go.
       parts.push(button("", () => {}, { class: "hold", onpointerdown: () => this.stop() }));
       parts[0].append(words.hold, make("small", {}, words.hold_note));
-      if (session?.phase === "holding") parts.push(button(words.go_on, () => this.link.command("cycle_start"), { class: "main" }));
-      if (session?.phase === "faulted") parts.push(button(words.recover, () => this.link.command("recover"), { class: "main" }));
-      if (["manual", "sliding"].includes(session?.phase)) {
-        parts.push(job.running === "touch" ? button(words.take_place, () => this.ask({ type: "take" }), { class: "main" })
-          : this.armButton());
-      }
+      parts.push(this.actionButton(session?.phase));
       parts.push(button(words.end, () => this.ask({ type: "end" })));
     }
     const holder = state.control.holder;
@@ -129,6 +183,18 @@ class Panel {
     else parts.push(button(words.take, () => this.link.send({ type: "take_control" }), { class: "main" }));
     at("bar").replaceChildren(...parts);
     if (holder === "mine" && state.control.asked) this.consent();
+  }
+
+  /** The button of the phase. Its place stays empty without one, so that the others stay where they are. */
+  actionButton(phase) {
+    const { texts: words, job, state } = this;
+    const main = { class: "main" };
+    if (phase === "holding") return button(words.go_on, () => this.link.command("cycle_start"), main);
+    if (phase === "faulted") return button(words.recover, () => this.link.command("recover"), main);
+    const steered = ["manual", "sliding"].includes(phase);
+    if (state.session?.interrupted && (steered || phase === "escaping")) return button(words.finish_it, () => this.link.command("cycle_start"), { ...main, disabled: !state.session.rests });
+    if (!steered) return make("span");
+    return job.running === "touch" ? button(words.take_place, () => this.ask({ type: "take" }), main) : this.armButton();
   }
 
   armButton() {
@@ -158,7 +224,7 @@ class Panel {
 
   /** Another screen asks for control. */
   consent() {
-    const dialog = at("dialog");
+    const dialog = dialogOf();
     if (dialog.open) return;
     const answer = (consents) => { this.link.send({ type: "answer", consents }); dialog.close(); };
     dialog.replaceChildren(make("p", {}, this.texts.asked), make("div", { class: "row" },
@@ -177,13 +243,14 @@ class Panel {
   ask(body) { return this.doing(() => request(body)); }
 
   async doing(work) {
+    this.message = null;
     document.body.setAttribute("aria-busy", "true");
     try { await work(); } catch (error) { this.tell(error.message); } finally { document.body.removeAttribute("aria-busy"); }
   }
 
-  /** Shows a message for a while. */
-  tell(text) {
-    this.message = { text, until: performance.now() + 8000 };
+  /** Shows a message: for a while, or until the person asks for something else. */
+  tell(text, span = Infinity) {
+    this.message = { text, until: performance.now() + span };
     this.showState();
   }
 
@@ -201,8 +268,8 @@ class Panel {
       if (tone === "calm" && session.phase === "manual" && state.control.holder !== "mine") [headline, detail, tone] = [...words.watching, ""];
       if (session.armed) [headline, detail, tone] = [...words.armed, "alert"];
       if (session.phase === "contouring") {
-        const left = session.left_s === null ? "" : ` · ${words.left} ${Math.ceil(session.left_s / 6) / 10} ${words.min}`;
-        detail = `${Math.round((session.share ?? 0) * 100)} %${left} · ${session.tally.split(". ")[0]}`;
+        const left = session.left_s === null ? "" : ` · ${words.left} ${minutes(session.left_s / 60)} ${words.min}`;
+        detail = `${Math.floor((session.share ?? 0) * 100)} %${left} · ${this.tally()}`;
       }
       if (session.fault) detail = session.fault;
       else if (this.notice && performance.now() < this.notice.until) detail = this.notice.text;
@@ -237,7 +304,7 @@ async function enter() {
     await ask("/api/job");
   } catch {
     const words = texts();
-    const dialog = at("dialog");
+    const dialog = dialogOf();
     const code = make("input", { autocomplete: "off", spellcheck: false, ariaLabel: words.code });
     const form = make("form", { onsubmit: async (event) => {
       event.preventDefault();

@@ -15,13 +15,14 @@ export function make(name, properties = {}, ...children) {
 /** A button. */
 export const button = (text, onclick, properties = {}) => make("button", { type: "button", onclick, ...properties }, text);
 
+/** The dialog of the page. */
+export const dialogOf = () => /** @type {HTMLDialogElement} */ (document.getElementById("dialog"));
+
 /** Asks the server. A refusal is an error with its text. */
 export async function ask(path, options = {}) {
   const answer = await fetch(path, { credentials: "same-origin", ...options });
   if (!answer.ok) {
-    const error = new Error(await answer.text());
-    error.status = answer.status;
-    throw error;
+    throw new Error(await answer.text());
   }
   return answer.headers.get("content-type")?.includes("json") ? answer.json() : answer.text();
 }
@@ -33,9 +34,13 @@ export const request = (body) =>
 /** A length in mm, with three decimals. */
 export const mm = (value) => (value === null || value === undefined ? "—" : value.toFixed(3));
 
+/** Minutes, rounded up to a tenth. */
+export const minutes = (value) => (Math.ceil(value * 10) / 10).toFixed(1);
+
 /** Keeps the screen awake while the page is seen. */
 export function stayAwake() {
-  const lock = () => navigator.wakeLock?.request("screen").catch(() => {});
+  // The compiler of Debian does not know it yet.
+  const lock = () => /** @type {any} */ (navigator).wakeLock?.request("screen").catch(() => {});
   document.addEventListener("visibilitychange", () => { if (!document.hidden) lock(); });
   lock();
 }

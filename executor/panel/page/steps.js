@@ -1,19 +1,39 @@
 // What each step shows beside the map.
 
-import { ask, button, make } from "./parts.js";
+import { ask, button, dialogOf, make, minutes } from "./parts.js";
 import { holdButton, thumbPad } from "./steering.js";
+import { filled } from "./texts.js";
 
 const UNITS = ["mm", "inch", "cm", "m"];
+/** Feed overrides, per cent. */
+const FEEDS = [25, 50, 75, 100];
 
-/** The contours, each with its state. While a session is steered, a tap on its number crosses to it. */
+/** The contours, each with its state; a tap marks it on the map. While a session is steered, a button crosses to it. */
 function contourTable(panel) {
-  const { job, texts } = panel;
-  const crosses = panel.deep() && job.running === "cut";
-  const rows = job.contours.map(({ number, name, state }) => make("tr", {},
-    make("td", {}, crosses ? button(`${texts.cross} ${number}`, () => panel.link.command({ cross: { contour: number } }))
-      : String(number)),
-    make("td", {}, name), make("td", { class: state }, texts.state[state])));
-  return make("div", { class: "card" }, make("table", {}, ...rows));
+  const { job, texts, map } = panel;
+  const crosses = panel.deep() && job.running === "cut" && !panel.finishes();
+  const next = job.contours.find(({ state }) => state === "to_do" || state === "begun")?.number;
+  const cross = (number) => button(`${texts.cross} ${number}`,
+    () => panel.link.command({ cross: { contour: number } }), { class: number === next ? "main" : "" });
+  const mark = (number) => { map.choose(number === map.chosen ? null : number); panel.show(); };
+  const rows = job.contours.map(({ number, name, state }) => make("tr", { class: number === map.chosen ? "marked" : "" },
+    make("td", {}, crosses ? cross(number) : String(number)),
+    make("td", { onclick: () => mark(number) }, name), make("td", { class: state }, texts.state[state])));
+  return make("div", { class: "card" }, make("small", { id: "tally" }), make("table", {}, ...rows));
+}
+
+/** What a person wants to know of the plan. */
+function planCard(panel) {
+  const { job: { plan, tool_mm: tool }, texts } = panel;
+  if (!plan) return null;
+  const rows = plan.terms.map(([name, size]) => make("tr", {}, make("td", {}, name), make("td", {}, `${size.toFixed(4)} mm`)));
+  const fits = plan.fits_mm?.toFixed(2);
+  const short = filled(fits ? texts.fits : texts.fits_none, { tool, count: plan.short, fits });
+  return make("div", { class: "card" },
+    plan.short ? make("p", { class: "warning" }, short, " ",
+      fits ? button(`Ø ${fits} mm`, () => panel.ask({ type: "plan", tool_um: Math.round(plan.fits_mm * 1000) })) : null) : null,
+    make("div", {}, `≈ ${minutes(plan.minutes)} ${texts.minutes}`),
+    make("details", {}, make("summary", {}, `${texts.margin}: ${plan.margin_mm.toFixed(4)} mm`), make("table", {}, ...rows)));
 }
 
 function figures(panel) {
@@ -36,7 +56,7 @@ function drawingStep(panel) {
   });
   if (!job.name) {
     const open = job.jobs.map((name) => button(name, () => panel.ask({ type: "open", name })));
-    return [drop, open.length ? make("div", { class: "card" }, make("p", {}, texts.open_job), make("div", { class: "row" }, ...open))
+    return [drop, make("div", { class: "row" }, button(texts.another, () => inviteDialog(panel))), open.length ? make("div", { class: "card" }, make("p", {}, texts.open_job), make("div", { class: "row" }, ...open))
       : null];
   }
   const units = UNITS.map((unit) => button(unit, () => panel.ask({ type: "unit", unit })));
@@ -44,6 +64,8 @@ function drawingStep(panel) {
     make("div", { class: "card" }, make("b", {}, job.name), make("div", {}, job.size_mm
       ? `${texts.size}: ${job.size_mm.map((side) => side.toFixed(2)).join(" × ")} mm` : "")),
     make("div", { class: "card" }, make("small", {}, texts.unit), make("div", { class: "row" }, ...units)),
+    make("div", { class: "card row" }, ...[false, true].map((inside) => button(inside ? texts.inside : texts.outside,
+      () => panel.ask({ type: "side", inside }), { class: inside === job.inside ? "chosen" : "" }))),
     contourTable(panel),
     make("div", { class: "row" }, button(texts.close, () => panel.ask({ type: "close" })),
       button(texts.this_is_it, () => panel.go("tool"), { class: "main", disabled: job.pins.some((pin) => pin.remedy) })),
@@ -59,7 +81,7 @@ function toolStep(panel) {
     make("label", { class: "card" }, make("small", {}, texts.machine), machine),
     make("label", { class: "card" }, make("small", {}, texts.tool), tool),
     button(texts.plan, () => panel.ask({ type: "plan", tool_um: Math.round(tool.valueAsNumber * 1000) }), { class: "main" }),
-    contourTable(panel), figures(panel),
+    planCard(panel), contourTable(panel), figures(panel),
     make("div", { class: "row" }, button(texts.back, () => panel.go("drawing")),
       button(texts.next, () => panel.go("place"), { disabled: job.figures.length === 0 })),
   ];
@@ -129,22 +151,52 @@ function reportStep(panel) {
   ];
 }
 
+/** The contour that is cut by itself. */
+function finishCards(panel) {
+  const { job, texts, state } = panel;
+  const feed = (percent) => button(`${percent} %`, () => panel.link.command({ feed: { percent } }),
+    { value: percent, class: percent === state.session.feed_percent ? "chosen" : "" });
+  return [
+    make("div", { class: "card progress" }, make("b", { id: "percent" }), make("span", { id: "left" })),
+    make("div", { class: "card" }, make("small", {}, texts.feed),
+      make("div", { class: "row", id: "feed" }, ...FEEDS.map(feed))),
+    ...steeringCards(panel).slice(0, 1),
+    job.running === "cut" ? contourTable(panel) : null,
+  ];
+}
+
 /** What stands beside the map. */
 export function side(panel) {
+  if (panel.job.running && panel.finishes()) return finishCards(panel);
   if (panel.job.running && panel.job.running !== "touch") return steeringCards(panel);
   return { drawing: drawingStep, tool: toolStep, place: placeStep, rough: placeStep, finish: placeStep, report: reportStep }[panel.step](panel);
 }
 
+/** Shows the address for another screen, with its code. */
+async function inviteDialog(panel) {
+  const { texts } = panel;
+  const dialog = dialogOf();
+  await panel.doing(async () => {
+    const { address, svg } = await ask("/api/invite", { method: "POST" });
+    const code = make("img", { alt: "QR", class: "code", src: `data:image/svg+xml,${encodeURIComponent(svg ?? "")}` });
+    dialog.replaceChildren(make("p", {}, texts.invite), svg ? code : null, make("p", { class: "address" }, address),
+      button(texts.close_it, () => dialog.close(), { class: "main" }));
+    dialog.showModal();
+  });
+}
+
 /** Begins a session, after the person has read what moves. */
 export function beginDialog(panel, kind) {
-  const { texts } = panel;
-  const dialog = document.getElementById("dialog");
+  const { texts, job } = panel;
+  const dialog = dialogOf();
   const start = (home) => {
     dialog.close();
     panel.ask({ type: "begin", kind, home });
   };
-  dialog.replaceChildren(make("p", {}, texts.raise_first), make("div", { class: "row" },
-    button(texts.home, () => start(true), { class: "main" }), button(texts.homed, () => start(false)),
-    button(texts.back, () => dialog.close())));
+  dialog.replaceChildren(
+    make("p", {}, make("b", {}, filled(texts.machine_moves, { machine: job.machine, tool: job.tool_mm ?? "?" }))),
+    make("p", {}, texts.raise_first), make("p", {}, texts.keep_clear),
+    make("div", { class: "row" }, button(texts.home, () => start(true), { class: "main" }),
+      button(texts.homed, () => start(false)), button(texts.back, () => dialog.close())));
   dialog.showModal();
 }

@@ -1,126 +1,8 @@
-// All texts of the page. A translation is one more entry.
+// The texts of the page, in the languages of the files `text-*.js`.
 
-const en = {
-  language: "English",
-  step: ["Drawing", "Tool and machine", "Where it lies", "Rough", "Finish", "Report"],
-  phase: {
-    starting: ["STARTING", "The machine gets ready."],
-    manual: ["YOU STEER", "Hold the pad, a key or the shoulder button, and push."],
-    sliding: ["AT THE WALL", "The tool slides along the part and cannot enter it."],
-    escaping: ["LEAVE THE PART", "The tool is near the part: push away from it."],
-    touching: ["CONTACT", "The contour is worked out and proved."],
-    contouring: ["CUTTING", "The contour is cut by itself."],
-    holding: ["PAUSED", "The contour waits. Go on, or end the session."],
-    stopping: ["STOPPING", "The machine comes to rest."],
-    done: ["DONE", "The session has ended."],
-    faulted: ["STOPPED", ""],
-  },
-  watching: ["WATCHING", "Another screen steers. Take control to steer here."],
-  armed: ["ARMED", "Touch the part: the contour then starts by itself."],
-  idle: ["NO SESSION", "Nothing moves."],
-  lost: ["NO CONNECTION", "This screen is out of date. The tool has stopped following it."],
-  dead: ["OUT OF DATE", "The machine's state is older than half a second."],
-  wall: "to the wall", up: "height", speed: "Speed", step_size: "Step", stick: "free", raise: "Raise",
-  hold: "FEED HOLD", hold_note: "not an emergency stop", go_on: "Go on", recover: "Begin again",
-  arm: "Hold 1 s to arm", arm_note: "then touch the part", disarm: "Disarm",
-  end: "End the session", spindle_on: "Spindle runs", spindle_off: "Spindle stands",
-  control_free: "Nobody steers", control_mine: "You steer", control_other: "Another screen steers",
-  take: "Take control", give: "Give control", asked: "Another screen asks for control.",
-  yes: "Give it", no: "Keep it", waiting: "Asked. After 3 s of silence you get it.",
-  drop: "Drop a DXF file here, or choose one", open_job: "Open a job", size: "Size", contours: "Contours",
-  this_is_it: "This is my part", unit: "Unit of the drawing", tool: "Tool diameter, mm", machine: "Machine",
-  plan: "Prove and save the plan", next: "Next", back: "Back", home: "Home first, tool raised",
-  homed: "It is homed", raise_first: "Raise the tool. The machine will move by itself to find its home.",
-  touch_here: "Touch here", take_place: "Take", touches: "Touch the part at three places",
-  begin_touch: "Begin to touch off", dry: "Dry run, tool raised", cut: "Begin to cut",
-  nothing_protected: "The place of the part is unknown: nothing is protected yet.",
-  state: { to_do: "to do", begun: "begun", cut: "cut", not_reached: "tool too large" },
-  left: "left", min: "min", cross: "Cross to", report: "Report", print: "Print", next_part: "Next part, same set-up",
-  fit: "All", hull: "In flight", enter: "Enter with the code that the program shows", code: "Code",
-  figures: "Figures", jobs: "Jobs", close: "Another job", refused: "Not done: ",
-};
-
-const de = {
-  language: "Deutsch",
-  step: ["Zeichnung", "Werkzeug und Maschine", "Lage", "Vorfräsen", "Schlichten", "Bericht"],
-  phase: {
-    starting: ["START", "Die Maschine macht sich bereit."],
-    manual: ["SIE STEUERN", "Feld, Taste oder Schultertaste halten und schieben."],
-    sliding: ["AN DER WAND", "Das Werkzeug gleitet am Teil entlang und kann nicht hinein."],
-    escaping: ["WEG VOM TEIL", "Das Werkzeug ist nah am Teil: wegschieben."],
-    touching: ["BERÜHRUNG", "Die Kontur wird berechnet und bewiesen."],
-    contouring: ["SCHNEIDET", "Die Kontur wird von selbst geschnitten."],
-    holding: ["PAUSE", "Die Kontur wartet. Weiter, oder die Sitzung beenden."],
-    stopping: ["HÄLT AN", "Die Maschine kommt zur Ruhe."],
-    done: ["ENDE", "Die Sitzung ist beendet."],
-    faulted: ["ANGEHALTEN", ""],
-  },
-  watching: ["ZUSCHAUEN", "Ein anderes Gerät steuert. „Steuern“ übernimmt hier."],
-  armed: ["SCHARF", "Das Teil berühren: dann startet die Kontur von selbst."],
-  idle: ["KEINE SITZUNG", "Nichts bewegt sich."],
-  lost: ["KEINE VERBINDUNG", "Diese Anzeige ist veraltet. Das Werkzeug folgt ihr nicht mehr."],
-  dead: ["VERALTET", "Der Stand der Maschine ist älter als eine halbe Sekunde."],
-  wall: "bis zur Wand", up: "Höhe", speed: "Tempo", step_size: "Schritt", stick: "frei", raise: "Anheben",
-  hold: "VORSCHUB HALT", hold_note: "kein Not-Halt", go_on: "Weiter", recover: "Neu beginnen",
-  arm: "1 s halten: scharf", arm_note: "dann das Teil berühren", disarm: "Entschärfen",
-  end: "Sitzung beenden", spindle_on: "Spindel läuft", spindle_off: "Spindel steht",
-  control_free: "Niemand steuert", control_mine: "Sie steuern", control_other: "Ein anderes Gerät steuert",
-  take: "Steuern", give: "Abgeben", asked: "Ein anderes Gerät möchte steuern.",
-  yes: "Abgeben", no: "Behalten", waiting: "Angefragt. Nach 3 s Stille steuern Sie.",
-  drop: "DXF-Datei hier ablegen oder wählen", open_job: "Auftrag öffnen", size: "Größe", contours: "Konturen",
-  this_is_it: "Das ist mein Teil", unit: "Einheit der Zeichnung", tool: "Werkzeugdurchmesser, mm", machine: "Maschine",
-  plan: "Plan beweisen und speichern", next: "Weiter", back: "Zurück", home: "Erst referenzieren, Werkzeug oben",
-  homed: "Ist referenziert", raise_first: "Werkzeug anheben. Die Maschine fährt von selbst zum Referenzpunkt.",
-  touch_here: "Hier berühren", take_place: "Übernehmen", touches: "Das Teil an drei Stellen berühren",
-  begin_touch: "Antasten beginnen", dry: "Probelauf, Werkzeug oben", cut: "Fräsen beginnen",
-  nothing_protected: "Die Lage des Teils ist unbekannt: noch ist nichts geschützt.",
-  state: { to_do: "offen", begun: "begonnen", cut: "fertig", not_reached: "Werkzeug zu groß" },
-  left: "übrig", min: "min", cross: "Über", report: "Bericht", print: "Drucken",
-  next_part: "Nächstes Teil, gleiche Einrichtung",
-  fit: "Alles", hull: "Unterwegs", enter: "Mit dem Code eintreten, den das Programm zeigt", code: "Code",
-  figures: "Zahlen", jobs: "Aufträge", close: "Anderer Auftrag", refused: "Nicht ausgeführt: ",
-};
-
-const pt = {
-  language: "Português",
-  step: ["Desenho", "Ferramenta e máquina", "Posição", "Desbaste", "Acabamento", "Relatório"],
-  phase: {
-    starting: ["A INICIAR", "A máquina prepara-se."],
-    manual: ["VOCÊ CONDUZ", "Segure o campo, uma tecla ou o botão lateral, e empurre."],
-    sliding: ["NA PAREDE", "A ferramenta desliza ao longo da peça e não pode entrar."],
-    escaping: ["AFASTE-SE DA PEÇA", "A ferramenta está perto da peça: empurre para longe."],
-    touching: ["CONTATO", "O contorno é calculado e provado."],
-    contouring: ["A CORTAR", "O contorno é cortado sozinho."],
-    holding: ["PAUSA", "O contorno espera. Continue ou termine a sessão."],
-    stopping: ["A PARAR", "A máquina chega ao repouso."],
-    done: ["FIM", "A sessão terminou."],
-    faulted: ["PARADO", ""],
-  },
-  watching: ["A VER", "Outra tela conduz. Toque em Conduzir para conduzir aqui."],
-  armed: ["ARMADO", "Toque na peça: o contorno começa sozinho."],
-  idle: ["SEM SESSÃO", "Nada se move."],
-  lost: ["SEM CONEXÃO", "Esta tela está desatualizada. A ferramenta já não a segue."],
-  dead: ["DESATUALIZADO", "O estado da máquina tem mais de meio segundo."],
-  wall: "até a parede", up: "altura", speed: "Velocidade", step_size: "Passo", stick: "livre", raise: "Levantar",
-  hold: "PAUSA DO AVANÇO", hold_note: "não é parada de emergência", go_on: "Continuar", recover: "Recomeçar",
-  arm: "Segure 1 s para armar", arm_note: "depois toque na peça", disarm: "Desarmar",
-  end: "Terminar a sessão", spindle_on: "Fuso gira", spindle_off: "Fuso parado",
-  control_free: "Ninguém conduz", control_mine: "Você conduz", control_other: "Outra tela conduz",
-  take: "Conduzir", give: "Entregar", asked: "Outra tela pede para conduzir.",
-  yes: "Entregar", no: "Manter", waiting: "Pedido. Após 3 s de silêncio você conduz.",
-  drop: "Solte aqui um ficheiro DXF, ou escolha um", open_job: "Abrir trabalho", size: "Tamanho", contours: "Contornos",
-  this_is_it: "Esta é a minha peça", unit: "Unidade do desenho", tool: "Diâmetro da ferramenta, mm", machine: "Máquina",
-  plan: "Provar e guardar o plano", next: "Seguinte", back: "Voltar", home: "Referenciar antes, ferramenta em cima",
-  homed: "Está referenciada", raise_first: "Levante a ferramenta. A máquina move-se sozinha até a referência.",
-  touch_here: "Toque aqui", take_place: "Tomar", touches: "Toque a peça em três lugares",
-  begin_touch: "Começar a tocar", dry: "Ensaio, ferramenta em cima", cut: "Começar a cortar",
-  nothing_protected: "A posição da peça é desconhecida: nada está protegido ainda.",
-  state: { to_do: "por fazer", begun: "começado", cut: "cortado", not_reached: "ferramenta grande demais" },
-  left: "faltam", min: "min", cross: "Ir sobre", report: "Relatório", print: "Imprimir",
-  next_part: "Peça seguinte, mesma preparação",
-  fit: "Tudo", hull: "Em curso", enter: "Entre com o código que o programa mostra", code: "Código",
-  figures: "Números", jobs: "Trabalhos", close: "Outro trabalho", refused: "Não feito: ",
-};
+import de from "./text-de.js";
+import en from "./text-en.js";
+import pt from "./text-pt.js";
 
 export const LANGUAGES = { en, de, pt };
 
@@ -129,3 +11,6 @@ export function texts() {
   const chosen = localStorage.getItem("language") ?? navigator.language.slice(0, 2);
   return LANGUAGES[chosen] ?? en;
 }
+
+/** A text with its blanks filled in: {tool} by `values.tool`. @param {string} text @param {object} values */
+export const filled = (text, values) => text.replace(/\{(\w+)\}/g, (_, name) => values[name]);

@@ -33,12 +33,29 @@ pub struct MapView {
     pub faces: Vec<(f64, Vec<MapLine>)>,
     /// Keep-out zones.
     pub zones: Vec<MapLine>,
+    /// The rest material that the tool cannot reach, with the depth, mm.
+    pub rest: Vec<(f64, Vec<MapLine>)>,
     /// The finishing contours, with the number of the contour and the depth of the pass, mm.
     pub contours: Vec<(usize, f64, MapLine)>,
     /// Lines of the drawing that are not the part's.
     pub left_out: Vec<MapLine>,
     /// Radius of the tool, mm. `None` before the tool is chosen.
     pub tool_radius_mm: Option<f64>,
+}
+
+/// What a person wants to know of a plan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct PlanView {
+    /// Distance that the tool keeps from the part for all errors, mm.
+    pub margin_mm: f64,
+    /// The terms of the margin: name and size, mm.
+    pub terms: Vec<(String, f64)>,
+    /// Time of the finishing contours at their feeds, min.
+    pub minutes: f64,
+    /// Number of contours along which the tool does not fit.
+    pub short: usize,
+    /// Diameter of the largest tool that fits along all of these, mm.
+    pub fits_mm: Option<f64>,
 }
 
 /// A problem of a drawing, as a pin on the map.
@@ -103,6 +120,10 @@ pub struct JobView {
     pub contours: Vec<ContourView>,
     /// Rows of figures of the plan: name and value.
     pub figures: Vec<(String, String)>,
+    /// The plan, once it is made.
+    pub plan: Option<PlanView>,
+    /// Whether the part is around its contours, and the tool inside them.
+    pub inside: bool,
     /// Names of the machines.
     pub machines: Vec<String>,
     /// The machine of the job.
@@ -163,6 +184,11 @@ pub enum BenchRequest {
     },
     /// Leaves the open lines out.
     LeaveOutOpen {},
+    /// States on which side of the outermost contours the part is.
+    Side {
+        /// The part is around them, and the tool is inside them.
+        inside: bool,
+    },
     /// Chooses the machine.
     Machine {
         /// Its stored name.

@@ -18,7 +18,7 @@ const CORNERS_MAX: usize = 32;
 pub struct SessionState {
     /// The supervisor's phase.
     pub phase: Phase,
-    /// Whether the machine rests.
+    /// Whether the machine rests, and its place is confirmed.
     pub rests: bool,
     /// The tool's centre as reported, drawing coordinates, mm.
     pub position_mm: Option<Mm2>,
@@ -28,6 +28,8 @@ pub struct SessionState {
     pub wall_mm: Option<f64>,
     /// Whether a touch starts the contour.
     pub armed: bool,
+    /// Whether a contour was interrupted, and can go on.
+    pub interrupted: bool,
     /// Whether the spindle runs, as stated or confirmed.
     pub spindle: Option<bool>,
     /// Share of the contour job that was sent, 0 to 1.
@@ -81,11 +83,12 @@ impl SessionState {
         let hull = Hull::of(set.iter().copied());
         Self {
             phase: supervisor.phase(),
-            rests: supervisor.is_at_rest(),
+            rests: supervisor.is_at_rest() && guard.in_position(),
             position_mm: supervisor.position().map(|place| point_mm(place.point)),
             height_mm: supervisor.height_mm(),
             wall_mm: free_way_mm(supervisor),
             armed: supervisor.is_armed(),
+            interrupted: supervisor.is_interrupted(),
             spindle: supervisor.spindle_runs(),
             share: guard.contour_progress().map(share),
             feed_percent: supervisor.feed_override().percent(),

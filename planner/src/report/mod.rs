@@ -11,5 +11,6 @@ pub mod table;
 mod view;
 
 pub use inspection::inspection_svg;
+pub use part::rest_beside;
 pub use plan::{RunDrawing, Spot, SpotKind, Trace, TraceKind, svg};
 pub use section::section_svg;

@@ -45,18 +45,33 @@ pub(super) fn draw_part(out: &mut Lines, plan: &CertifiedPlan, view: &View) {
     }
 }
 
-/// Draws the clearances of the walls at a depth, and the rest material there.
-fn draw_clearances(out: &mut Lines, plan: &CertifiedPlan, walls: &Walls, view: &View) {
-    let pass = &plan.plan.passes[walls.pass];
-    let part = plan.region(pass.height);
-    let profile = &walls.outlines;
+/// The outlines of the walls at a depth, and of the zones that stand there.
+fn all_outlines(plan: &CertifiedPlan, walls: &Walls) -> Vec<Outline> {
+    let part = plan.region(plan.plan.passes[walls.pass].height);
     let zones: Vec<Outline> = if part.zones().is_empty() {
         Vec::new()
     } else {
         let all = free_outlines(&plan.plan.profile, &plan.plan.zones, &plan.part);
         all.into_iter().skip(plan.plan.profile.loops.len()).collect()
     };
-    let all: Vec<Outline> = profile.iter().cloned().chain(zones).collect();
+    walls.outlines.iter().cloned().chain(zones).collect()
+}
+
+/// The rest material beside the walls of a depth, as polygons within `tolerance_mm` of its contours, mm. Each begins
+/// with its outer contour; its holes follow.
+#[must_use]
+pub fn rest_beside(plan: &CertifiedPlan, walls: &Walls, tolerance_mm: f64) -> Vec<Vec<Vec<[f64; 2]>>> {
+    let part = plan.region(plan.plan.passes[walls.pass].height);
+    let d = centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing);
+    let finishing = offset_among(&all_outlines(plan, walls), part, d);
+    rest::polygons(&walls.outlines, &finishing.loops, plan.part.side(), tolerance_mm)
+}
+
+/// Draws the clearances of the walls at a depth, and the rest material there.
+fn draw_clearances(out: &mut Lines, plan: &CertifiedPlan, walls: &Walls, view: &View) {
+    let pass = &plan.plan.passes[walls.pass];
+    let part = plan.region(pass.height);
+    let all = all_outlines(plan, walls);
     let stands = outlines_of(walls, view);
     let jogging = offset_among(&all, part, f64::from(plan.roughing.units()));
     if jogging.loose_ends.is_empty() {
@@ -65,9 +80,7 @@ fn draw_clearances(out: &mut Lines, plan: &CertifiedPlan, walls: &Walls, view: &
     }
     let loops: Vec<&[Curve]> = pass.path.loops.iter().map(|each| &each.curves[..]).collect();
     out.draw(&[beyond(&loops, &stands, view).fill(KEEP_OUT_FINISH)]);
-    let d = centre_distance(&plan.plan.profile, &plan.plan.zones, plan.finishing);
-    let finishing = offset_among(&all, part, d);
-    let rest = rest::polygons(profile, &finishing.loops, plan.part.side(), REST_PIXELS * view.pixel_mm());
+    let rest = rest_beside(plan, walls, REST_PIXELS * view.pixel_mm());
     if !rest.is_empty() {
         // Renderers blend the edges of the hatching's tiles, so a plain area lies below it.
         let area = |fill| path(polygons(&rest, view)).fill(fill).set("fill-rule", "evenodd");

@@ -634,6 +634,7 @@ fn slowed_motions_differ_in_their_feed_alone(ends: [Xy; 2], percents: [i64; 2], 
     assert!(a > 0 || feed == 0, "{feed} mm/min");
     assert!(one.percent() > other.percent() || a <= b, "{one:?} {other:?}: {a} and {b} mm/min");
     assert_eq!(feed_under(FeedOverride::FULL), feed);
+    assert!((FeedOverride::LEAST..=100).contains(&one.percent()), "{one:?}");
 }
 
 fn jogs_beyond_the_travel_are_refused(to: Xy) {

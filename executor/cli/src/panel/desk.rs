@@ -217,6 +217,7 @@ fn change(state: &mut DeskState, request: BenchRequest) -> Result<(), CliError> 
     match request {
         BenchRequest::Unit { unit } => job.set("units", unit.into()),
         BenchRequest::LeaveOutOpen {} => job.set("leave_out_open", true.into()),
+        BenchRequest::Side { inside } => job.set("side", if inside { "inside" } else { "outside" }.into()),
         BenchRequest::Machine { name } => {
             StoredMachine::named(&name)?;
             job.set("machine", name.into())

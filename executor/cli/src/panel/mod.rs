@@ -5,6 +5,7 @@ mod open_job;
 mod sessions;
 mod views;
 
+use std::io::IsTerminal as _;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -16,7 +17,7 @@ use clap::Args;
 use keepout_executor::dialect::DialectName;
 use keepout_panel::bench::Workbench;
 use keepout_panel::hub::Hub;
-use keepout_panel::server::{Listener, PanelSite, ServeError};
+use keepout_panel::server::{Invitation, Listener, PanelSite, ServeError};
 use keepout_planner::Mm2;
 use keepout_planner::file::OUTPUT;
 use keepout_planner::machine::MachineProfile;
@@ -65,11 +66,37 @@ pub fn panel(arguments: &PanelArguments) -> Result<ExitCode, CliError> {
     end_in_order(&desk)?;
     let bench: Arc<dyn Workbench> = desk;
     let site = PanelSite::new(hub, bench, listener.at).map_err(ServeError::from)?;
-    let token = site.token().unwrap_or_default();
-    println!("The panel is at  http://{}/#token={token}", listener.at);
-    println!("The code ends after 15 minutes. A hardware emergency stop stays mandatory.");
+    show(&site.invite().map_err(ServeError::from)?, arguments.listen.is_some());
+    invite_again(site.clone(), arguments.listen.is_some());
     listener.serve(site)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Shows an invitation: its address, and for the network its QR code.
+fn show(invitation: &Invitation, as_code: bool) {
+    if let Some(code) = invitation.for_terminal().filter(|_| as_code) {
+        println!("{code}");
+    }
+    println!("The panel is at  {}", invitation.address);
+    println!("The code ends after 15 minutes. Press Enter for a new one.");
+    println!("A hardware emergency stop stays mandatory.");
+}
+
+/// Makes a new code for each line that a person enters at the terminal.
+fn invite_again(site: PanelSite, as_code: bool) {
+    if !std::io::stdin().is_terminal() {
+        return;
+    }
+    let ask = move || {
+        for _ in std::io::stdin().lines().map_while(Result::ok) {
+            match site.invite() {
+                Ok(invitation) => show(&invitation, as_code),
+                Err(error) => eprintln!("{error}"),
+            }
+        }
+    };
+    // Without the thread the first code stays the only one.
+    let _ = std::thread::Builder::new().name("codes".into()).spawn(ask);
 }
 
 /// Ends the session in order at a signal: the machine comes to rest first.

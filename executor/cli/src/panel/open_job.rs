@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser as _;
 use keepout_executor::supervisor::PreparedPlan;
-use keepout_panel::bench::{JobStep, JobView, MapView, SessionKind};
+use keepout_panel::bench::{JobStep, JobView, MapView, PlanView, SessionKind};
 use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::align::{PROBE_ERROR_MM, PartEdges, ProbePoints, TOLERANCE_MM, align};
 use keepout_planner::drawing::{Chained, Drawing, read_file};
@@ -17,13 +17,16 @@ use keepout_planner::request::{PlanRequest, PlanRequestError};
 use keepout_planner::{Mm3, plan_file};
 
 use super::desk::{nominal_origin, touch_view};
-use super::views::{contours_of_drawing, contours_of_plan, figures, map_of_drawing, map_of_plan, pins};
+use super::views::{
+    contours_of_drawing, contours_of_plan, figures, map_of_drawing, map_of_plan, pins, plan_view,
+};
 use crate::align::file_of;
 use crate::arguments::{Arguments, CliCommand, DrawingArguments, PlanArguments};
 use crate::error::CliError;
 use crate::job::{JobFolder, keep_earlier};
 use crate::plan::{draw, keep_other_plan, order_of, request_of};
 use crate::resume::progress_of;
+use crate::run_arguments::FEED_MM_MIN;
 use crate::take::touched;
 use crate::touch_places::{TakeMethod, TouchPlace, places};
 
@@ -35,6 +38,7 @@ pub struct OpenJob {
     /// The plan, once it is made.
     pub work: Option<PreparedPlan>,
     pub map: MapView,
+    view: Option<PlanView>,
     pub progress: Progress,
     /// The places to touch, and those taken, machine coordinates, mm.
     pub touches: Vec<TouchPlace>,
@@ -55,6 +59,7 @@ impl OpenJob {
             drawing,
             work: None,
             map,
+            view: None,
             progress: Progress::default(),
             touches: Vec::new(),
             taken: Vec::new(),
@@ -105,6 +110,7 @@ impl OpenJob {
         plan_file::save(&certified.plan, &output)?;
         draw(&certified, &self.folder.path("plan.svg"))?;
         self.map = map_of_plan(&certified);
+        self.view = Some(plan_view(&certified, self.folder.file.feed_mm_min.unwrap_or(FEED_MM_MIN)));
         self.work = Some(PreparedPlan::new(certified));
         self.progress = Progress::default();
         self.step = self.step.max(JobStep::Tool);
@@ -199,6 +205,7 @@ impl OpenJob {
         view.size_mm = size.map(|size| [size.x, size.y]);
         view.pins = pins(&self.found);
         view.machine.clone_from(&self.folder.file.machine);
+        view.inside = self.side() == MachinedSide::Inside;
         view.tool_mm = self.folder.tool_mm().ok();
         view.touches = (self.touches.iter().map(touch_view).collect(), self.taken.len());
         view.aligned = self.folder.alignment().is_file();
@@ -207,6 +214,7 @@ impl OpenJob {
             Some(work) => {
                 view.contours = contours_of_plan(work, &self.progress);
                 view.figures = figures(&work.plan);
+                view.plan.clone_from(&self.view);
                 let touching = view.running == Some(SessionKind::Touch);
                 view.shift_mm =
                     nominal_origin(work).filter(|_| touching).map_or([0.0; 2], |origin| [origin.x, origin.y]);

@@ -2,18 +2,23 @@
 
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_kernel::{Curve, Length};
-use keepout_panel::bench::{BenchRequest, ContourState, ContourView, MapLine, MapView, PinView, RemedyView};
+use keepout_panel::bench::{
+    BenchRequest, ContourState, ContourView, MapLine, MapView, PinView, PlanView, RemedyView,
+};
 use keepout_planner::drawing::{Chained, Drawing};
 use keepout_planner::inspect::Inspection;
 use keepout_planner::job::Progress;
-use keepout_planner::plan::CertifiedPlan;
+use keepout_planner::plan::{CertifiedPlan, Walls};
 use keepout_planner::planned::PlannedContour;
 use keepout_planner::profile::ProfileLoop;
+use keepout_planner::report::rest_beside;
 use keepout_planner::units::{mm, point_mm};
 use keepout_planner::{Box2, Mm2};
 
 /// Distance of the map's lines from the curves: 2.5 µm.
 const CHORD: Length = Length::small(250);
+/// Distance of the polygons of the rest material from its contours, mm.
+const REST_MM: f64 = 0.01;
 /// Most pins of one drawing. A drawing with more problems than this is mended in the CAD system.
 const PINS_MAX: usize = 40;
 
@@ -77,9 +82,40 @@ pub fn map_of_plan(plan: &CertifiedPlan) -> MapView {
         bounds: bounds(plan.part_box()),
         faces,
         zones: plan.plan.zones.loops.iter().map(loop_line).collect(),
+        rest: rest_of(plan),
         contours: contours.collect(),
         left_out: left_out.map(|points| points.iter().copied().flat_map(coordinates).collect()).collect(),
         tool_radius_mm: Some(mm(plan.plan.tool_radius.units())),
+    }
+}
+
+/// The rest material of each depth, as the plan's picture hatches it.
+fn rest_of(plan: &CertifiedPlan) -> Vec<(f64, Vec<MapLine>)> {
+    let lines = |walls| {
+        let polygons = rest_beside(plan, walls, REST_MM);
+        let line =
+            |ring: Vec<[f64; 2]>| ring.into_iter().flat_map(|[x, y]| coordinates(Mm2::new(x, y))).collect();
+        polygons.into_iter().flatten().map(line).collect()
+    };
+    let depth = |walls: &Walls| mm(plan.plan.passes[walls.pass].height.units());
+    plan.walls.iter().map(|walls| (depth(walls), lines(walls))).collect()
+}
+
+/// What a person wants to know of a plan whose contours are cut at this feed, mm/min.
+pub fn plan_view(plan: &CertifiedPlan, feed_mm_min: u32) -> PlanView {
+    let minutes = plan
+        .plan
+        .passes
+        .iter()
+        .map(|pass| pass.path.length_mm() / f64::from(pass.feed_mm_min.unwrap_or(feed_mm_min).max(1)));
+    let shortfalls = plan.shortfalls();
+    let fits = shortfalls.iter().map(|each| each.fits_mm).collect::<Option<Vec<f64>>>();
+    PlanView {
+        margin_mm: plan.plan.budget.terms.iter().map(|term| term.mm).sum(),
+        terms: plan.plan.budget.terms.iter().map(|term| (term.kind.name().into(), term.mm)).collect(),
+        minutes: minutes.sum(),
+        short: shortfalls.len(),
+        fits_mm: fits.and_then(|all| all.into_iter().reduce(f64::min)),
     }
 }
 

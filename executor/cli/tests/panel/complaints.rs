@@ -11,10 +11,10 @@ use crate::PanelProcess;
 use crate::browser::{Browser, Tab, TabId};
 
 /// A panel whose job is planned and aligned, and a browser in which a session of it is steered.
-struct Steered {
-    browser: Browser,
-    panel: PanelProcess,
-    id: TabId,
+pub struct Steered {
+    pub browser: Browser,
+    pub panel: PanelProcess,
+    pub id: TabId,
 }
 
 fn keepout(folder: &Path, arguments: &[&str]) {
@@ -25,11 +25,18 @@ fn keepout(folder: &Path, arguments: &[&str]) {
 
 /// `None` without a browser.
 fn steered(name: &str) -> Option<Steered> {
+    let mut steered = opened(name, PanelProcess::start)?;
+    steered.begin();
+    Some(steered)
+}
+
+/// A browser at the panel of a job that can be cut. `None` without a browser.
+pub(crate) fn opened(name: &str, start: impl FnOnce(&str) -> PanelProcess) -> Option<Steered> {
     let Some(mut browser) = Browser::start(name) else {
         println!("skipped: no chromium");
         return None;
     };
-    let panel = PanelProcess::start(name);
+    let panel = start(name);
     let job = panel.folder.join("cover").to_string_lossy().into_owned();
     let points = ["--point", "0,0=-240,-200", "--point", "80,0=-160,-200"];
     keepout(&panel.folder, &[&["align", &job], &points[..]].concat());
@@ -39,27 +46,32 @@ fn steered(name: &str) -> Option<Steered> {
     let mut tab = browser.tab(&id);
     tab.wait("globalThis.panel && panel.job");
     tab.tap("cover");
-    tab.wait("panel.job.step === 'rough'");
-    tab.tap("Begin to cut");
-    tab.tap("Home first");
-    tab.wait("panel.state.session && panel.state.session.phase === 'manual'");
-    tab.tap("20 %");
+    tab.wait("panel.step === 'rough'");
     Some(Steered { browser, panel, id })
 }
 
 impl Steered {
-    fn tab(&mut self) -> Tab<'_> {
+    /// Begins to cut.
+    pub(crate) fn begin(&mut self) {
+        let mut tab = self.tab();
+        tab.tap("Begin to cut");
+        tab.tap("Home first");
+        tab.wait("panel.state.session && panel.state.session.phase === 'manual'");
+        tab.tap("20 %");
+    }
+
+    pub(crate) fn tab(&mut self) -> Tab<'_> {
         self.browser.tab(&self.id)
     }
 }
 
-fn place(tab: &mut Tab<'_>) -> Mm2 {
+pub(crate) fn place(tab: &mut Tab<'_>) -> Mm2 {
     let at = tab.value("panel.state.session.position_mm");
     Mm2::new(at[0].as_f64().unwrap_or(f64::NAN), at[1].as_f64().unwrap_or(f64::NAN))
 }
 
 /// Pushes, and waits until the tool moves. The finger stays.
-fn moving(tab: &mut Tab<'_>) -> Mm2 {
+pub(crate) fn moving(tab: &mut Tab<'_>) -> Mm2 {
     let before = place(tab);
     let finger = tab.push(Mm2::new(-1.0, -1.0));
     let begun = Instant::now();
@@ -71,7 +83,7 @@ fn moving(tab: &mut Tab<'_>) -> Mm2 {
 }
 
 /// The tool comes to rest long before the end of travel, and stays where it is.
-fn stops(tab: &mut Tab<'_>, why: &str) {
+pub(crate) fn stops(tab: &mut Tab<'_>, why: &str) {
     let before = place(tab);
     let mut last = before;
     // At 40 mm/s the tool would be at the end of travel after eight seconds.
@@ -219,11 +231,8 @@ fn c05_stale_data_is_visibly_dead() {
     tab.picture("stale");
 }
 
-/// 6, 9 and 10: a reload within a contour shows the truth, the contour goes on, and the time left is honest.
-#[test]
-fn c06_reload_within_a_contour_shows_the_truth() {
-    let Some(mut steered) = steered("c06") else { return };
-    let mut tab = steered.tab();
+/// Starts the spindle and the contour of the pocket.
+pub(crate) fn contour_of_the_pocket(tab: &mut Tab<'_>) {
     tab.tap("Spindle stands");
     tab.wait("panel.state.session.spindle === true");
     // Cross to the pocket, and start there.
@@ -240,6 +249,14 @@ fn c06_reload_within_a_contour_shows_the_truth() {
         tab.wait("panel.state.session.phase === 'contouring'");
         tab.lift();
     }
+}
+
+/// 6, 9 and 10: a reload within a contour shows the truth, the contour goes on, and the time left is honest.
+#[test]
+fn c06_reload_within_a_contour_shows_the_truth() {
+    let Some(mut steered) = steered("c06") else { return };
+    let mut tab = steered.tab();
+    contour_of_the_pocket(&mut tab);
     tab.wait("panel.state.session.left_s > 5");
     let left = tab.value("panel.state.session.left_s").as_f64().unwrap();
     let begun = Instant::now();

@@ -24,8 +24,12 @@ const FILES: &[(&str, &str, &str)] = files![
     "parts.js" SCRIPT,
     "link.js" SCRIPT,
     "map.js" SCRIPT,
+    "shape.js" SCRIPT,
     "steering.js" SCRIPT,
     "texts.js" SCRIPT,
+    "text-de.js" SCRIPT,
+    "text-en.js" SCRIPT,
+    "text-pt.js" SCRIPT,
 ];
 
 /// The page itself.

@@ -14,11 +14,38 @@ use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::middleware::from_fn_with_state;
 use axum::routing::{get, post, put};
+use fast_qr::convert::svg::SvgBuilder;
+use fast_qr::{QRBuilder, QRCode};
 use thiserror::Error;
 
 use crate::access::{Access, AccessError};
 use crate::bench::Workbench;
 use crate::hub::Hub;
+
+/// The address by which another browser enters, with the token. A request sends no part of it after the `#`.
+#[derive(Clone, Debug)]
+pub struct Invitation {
+    /// The address.
+    pub address: String,
+}
+
+impl Invitation {
+    fn code(&self) -> Option<QRCode> {
+        QRBuilder::new(self.address.as_str()).build().ok()
+    }
+
+    /// Its QR code for a terminal, in half blocks.
+    #[must_use]
+    pub fn for_terminal(&self) -> Option<String> {
+        Some(self.code()?.to_str())
+    }
+
+    /// Its QR code as SVG.
+    #[must_use]
+    pub fn svg(&self) -> Option<String> {
+        Some(SvgBuilder::default().to_str(&self.code()?))
+    }
+}
 
 /// Longest drawing that is uploaded, bytes. From a disk the importer takes longer files.
 pub const DRAWING_MAX: usize = 64 << 20;
@@ -31,6 +58,7 @@ pub struct PanelSite {
     /// The program.
     pub bench: Arc<dyn Workbench>,
     access: Arc<Mutex<Access>>,
+    at: SocketAddr,
 }
 
 impl PanelSite {
@@ -40,7 +68,7 @@ impl PanelSite {
     /// [`AccessError`] when the system gives no random numbers.
     pub fn new(hub: Hub, bench: Arc<dyn Workbench>, at: SocketAddr) -> Result<Self, AccessError> {
         let access = Arc::new(Mutex::new(Access::new(at, hub.now())?));
-        Ok(Self { hub, bench, access })
+        Ok(Self { hub, bench, access, at })
     }
 
     /// The text of the token, while it admits browsers.
@@ -49,12 +77,15 @@ impl PanelSite {
         self.access().token(self.hub.now())
     }
 
-    /// Makes a new token.
+    /// Makes a new token, and the invitation with it.
     ///
     /// # Errors
     /// [`AccessError`] when the system gives no random numbers.
-    pub fn renew_token(&self) -> Result<(), AccessError> {
-        self.access().renew(self.hub.now())
+    pub fn invite(&self) -> Result<Invitation, AccessError> {
+        let mut access = self.access();
+        access.renew(self.hub.now())?;
+        let token = access.token(self.hub.now()).unwrap_or_default();
+        Ok(Invitation { address: format!("http://{}/#token={token}", self.at) })
     }
 
     fn access(&self) -> MutexGuard<'_, Access> {
@@ -69,6 +100,7 @@ impl PanelSite {
             .route("/api/ask", post(requests::ask))
             .route("/api/drawing", put(requests::drawing).layer(DefaultBodyLimit::max(DRAWING_MAX)))
             .route("/api/document/{name}", get(requests::document))
+            .route("/api/invite", post(requests::invite))
             .route("/api/socket", get(socket::open))
             .layer(from_fn_with_state(self.clone(), checks::is_admitted));
         Router::new()

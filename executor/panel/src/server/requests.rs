@@ -5,7 +5,7 @@ use axum::body::Bytes;
 use axum::extract::{Path, Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::PanelSite;
 use super::checks::COOKIE;
@@ -34,9 +34,28 @@ pub async fn enter(State(site): State<PanelSite>, Json(Entrance { token }): Json
         }
         Ok(None) => (
             StatusCode::FORBIDDEN,
-            "this code is wrong, or it has ended: start the panel again for a new one",
+            "this code is wrong, or it has ended. For a new one, press Enter in the terminal of the panel, or \"Another \
+             screen\" on a screen that has entered.",
         )
             .into_response(),
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
+    }
+}
+
+/// An invitation for another screen: its address, and its QR code as SVG.
+#[derive(Debug, Serialize)]
+pub struct InvitationView {
+    address: String,
+    svg: Option<String>,
+}
+
+/// Makes a new code for another screen.
+pub async fn invite(State(site): State<PanelSite>) -> Response {
+    match site.invite() {
+        Ok(invitation) => {
+            let svg = invitation.svg();
+            Json(InvitationView { address: invitation.address, svg }).into_response()
+        }
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
     }
 }

@@ -1,0 +1,54 @@
+//! The cable is pulled while a contour is cut: complaints 8 and 9.
+
+use crate::complaints::{contour_of_the_pocket, opened};
+use crate::{Bench, PanelProcess};
+
+/// 8 and 9: a fault names its cause and the remedy and offers one button, and the contour goes on after a disconnect.
+#[test]
+fn c08_lost_port_names_the_remedy_and_the_contour_goes_on() {
+    let mut bench = None;
+    let start = |name: &str| {
+        let folder = PanelProcess::folder(name);
+        bench = Some(Bench::start(&folder));
+        PanelProcess::over(folder)
+    };
+    let Some(mut steered) = opened("c08", start) else { return };
+    let bench = bench.unwrap();
+    let job = steered.panel.folder.join("cover/job.toml");
+    let mut tab = steered.tab();
+    let chosen = "[...document.querySelectorAll('select')].forEach((one) => { one.value = 'bench'; \
+                  one.dispatchEvent(new Event('change')); })";
+    tab.value("panel.go('tool')");
+    tab.wait("document.querySelector('select option[value=bench]')");
+    tab.value(chosen);
+    tab.wait("panel.job.machine === 'bench'");
+    assert!(std::fs::read_to_string(job).unwrap().contains("machine = \"bench\""));
+    tab.tap("Prove and save the plan");
+    tab.wait("panel.job.figures.length > 5");
+    tab.value("panel.go('place')");
+    steered.begin();
+    let mut tab = steered.tab();
+    contour_of_the_pocket(&mut tab);
+    tab.wait("panel.state.session.share > 0.1");
+    bench.unplug();
+    tab.wait("panel.state.session.phase === 'faulted'");
+    tab.wait("document.querySelector('#headline').innerText === 'STOPPED'");
+    tab.picture("port-lost");
+    let detail = tab.value("document.querySelector('#detail').innerText");
+    let detail = detail.as_str().unwrap();
+    assert!(detail.contains("port") && detail.contains("lost"), "the cause: {detail}");
+    assert!(detail.contains("Plug") || detail.contains("Check"), "the remedy: {detail}");
+    let offered = tab.value("[...document.querySelectorAll('#bar button.main')].map((one) => one.innerText)");
+    assert_eq!(offered, serde_json::json!(["Begin again"]));
+    tab.tap("Begin again");
+    tab.wait("panel.state.session.interrupted");
+    tab.wait(
+        "[...document.querySelectorAll('#bar button.main')].some((one) => one.innerText.startsWith('Finish') \
+              && !one.disabled)",
+    );
+    tab.tap("Finish the contour");
+    tab.wait("panel.state.session.phase === 'contouring'");
+    tab.picture("port-found");
+    let two_cut = "panel.job.contours.filter(({ state }) => state === 'cut').length > 1";
+    tab.wait_for(two_cut, std::time::Duration::from_secs(60));
+}
