@@ -56,9 +56,9 @@ impl PanelProcess {
 }
 
 /// A simulated machine behind a port of its own, stored under the name `bench`.
-pub struct Bench(Child);
+pub struct BenchMill(Child);
 
-impl Bench {
+impl BenchMill {
     /// Starts the machine, and stores it in the folder's configuration.
     fn start(folder: &Path) -> Self {
         let link = folder.join("port");
@@ -91,7 +91,7 @@ impl Bench {
     }
 }
 
-impl Drop for Bench {
+impl Drop for BenchMill {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();

@@ -1,7 +1,7 @@
 //! The cable is pulled while a contour is cut: complaints 8 and 9.
 
 use crate::complaints::{contour_of_the_pocket, opened};
-use crate::{Bench, PanelProcess};
+use crate::{BenchMill, PanelProcess};
 
 /// 8 and 9: a fault names its cause and the remedy and offers one button, and the contour goes on after a disconnect.
 #[test]
@@ -9,7 +9,7 @@ fn c08_lost_port_names_the_remedy_and_the_contour_goes_on() {
     let mut bench = None;
     let start = |name: &str| {
         let folder = PanelProcess::folder(name);
-        bench = Some(Bench::start(&folder));
+        bench = Some(BenchMill::start(&folder));
         PanelProcess::over(folder)
     };
     let Some(mut steered) = opened("c08", start) else { return };
