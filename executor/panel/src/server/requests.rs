@@ -34,7 +34,7 @@ pub async fn enter(State(site): State<PanelSite>, Json(Entrance { token }): Json
         }
         Ok(None) => (
             StatusCode::FORBIDDEN,
-            "this code is wrong, or it has ended. For a new one, press Enter in the terminal of the panel, or \"Another \
+            "this code is wrong or old. For a new one, press Enter in the terminal of the panel, or \"Another \
              screen\" on a screen that has entered.",
         )
             .into_response(),
