@@ -46,7 +46,7 @@ class Panel {
     stayAwake();
   }
 
-  /** Whether a finger is on a button of a part of the page: what is built again under it would lose its click. */
+  /** Whether a finger is on a control of a part of the page: what is built again under it would lose it. */
   waits(id) {
     const waits = this.pressed !== null && at(id).contains(this.pressed);
     this.later ||= waits;
@@ -57,7 +57,7 @@ class Panel {
   watchPresses() {
     this.pressed = null;
     this.later = false;
-    addEventListener("pointerdown", (event) => { this.pressed = event.target instanceof Element ? event.target.closest("button") : null; }, true);
+    addEventListener("pointerdown", (event) => { this.pressed = event.target instanceof Element ? event.target.closest("button, #pad") : null; }, true);
     for (const name of ["pointerup", "pointercancel"]) {
       addEventListener(name, () => setTimeout(() => {
         this.pressed = null;
@@ -105,6 +105,7 @@ class Panel {
     if (offers !== this.offers) {
       this.offers = offers;
       this.steering.letGo();
+      this.pressed = null;
       this.show();
     } else if (control !== this.control) this.bar();
     this.control = control;

@@ -24,7 +24,7 @@ fn keepout(folder: &Path, arguments: &[&str]) {
 }
 
 /// `None` without a browser.
-fn steered(name: &str) -> Option<Steered> {
+pub(crate) fn steered(name: &str) -> Option<Steered> {
     let mut steered = opened(name, PanelProcess::start)?;
     steered.begin();
     Some(steered)

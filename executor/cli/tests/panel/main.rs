@@ -4,7 +4,9 @@
 
 mod browser;
 mod complaints;
+mod network;
 mod port_lost;
+mod sight;
 mod whole_job;
 
 use std::io::{BufRead, BufReader};
