@@ -206,7 +206,7 @@ export class PartMap {
     const path = (shape) => shape.of(box, 1 / zoom);
     context.setTransform(zoom, 0, 0, -zoom, canvas.width / 2 - view.x * zoom, canvas.height / 2 + view.y * zoom);
     const width = (pixels) => { context.lineWidth = pixels * scale / zoom; };
-    context.lineJoin = "round";
+    context.lineJoin = "bevel";
     width(1);
     context.strokeStyle = colours.left;
     context.stroke(path(this.shapes.left));

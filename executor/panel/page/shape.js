@@ -3,7 +3,7 @@
 /** Points in one piece of a line. A piece beyond the view is one straight line. */
 const PIECE = 256;
 /** Points nearer than this to the one before are left out, pixels. */
-const NEAR_PIXELS = 0.6;
+const NEAR_PIXELS = 1;
 
 /** A line with the boxes of its pieces. @param {ArrayLike<number>} line x and y in turn */
 function pieces(line) {
@@ -32,6 +32,8 @@ export class Shape {
     this.closed = closed;
     this.seen = "";
     this.path = new Path2D();
+    /** Number of points of the path. */
+    this.drawn = 0;
   }
 
   /**
@@ -44,6 +46,7 @@ export class Shape {
     if (seen === this.seen) return this.path;
     this.seen = seen;
     const path = new Path2D();
+    let drawn = 0;
     const near = (NEAR_PIXELS * pixel) ** 2;
     for (const { points, boxes } of this.lines) {
       let [x, y] = points;
@@ -58,11 +61,13 @@ export class Shape {
           if (!apart && !far && k + 2 < end) continue;
           [x, y] = [points[k], points[k + 1]];
           path.lineTo(x, y);
+          drawn += 1;
         }
       });
       if (this.closed) path.closePath();
     }
     this.path = path;
+    this.drawn = drawn;
     return path;
   }
 

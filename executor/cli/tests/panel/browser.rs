@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::planted::planted;
 use keepout_planner::Mm2;
 use serde_json::{Value, json};
 use tungstenite::stream::MaybeTlsStream;
@@ -34,7 +35,8 @@ pub struct TabId(String);
 impl Browser {
     /// Starts Chromium. `None` when there is none.
     pub fn start(name: &str) -> Option<Self> {
-        let profile = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("browser-{name}"));
+        let with_fault = if planted().is_some() { "-planted" } else { "" };
+        let profile = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("browser-{name}{with_fault}"));
         let _ = std::fs::remove_dir_all(&profile);
         let mut process = Command::new("chromium")
             .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--hide-scrollbars"])
@@ -74,6 +76,10 @@ impl Browser {
         );
         tab.send("Emulation.setTouchEmulationEnabled", &json!({ "enabled": true, "maxTouchPoints": 5 }));
         tab.send("Emulation.setFocusEmulationEnabled", &json!({ "enabled": true }));
+        if let Some(fault) = planted() {
+            let pattern = json!({ "urlPattern": format!("*/{}", fault.file) });
+            tab.send("Fetch.enable", &json!({ "patterns": [pattern] }));
+        }
         tab.send("Page.navigate", &json!({ "url": url }));
         id
     }
@@ -94,6 +100,10 @@ impl Browser {
         while begun.elapsed() < WITHIN {
             let Message::Text(text) = self.socket.read().expect("the browser answers") else { continue };
             let answer: Value = serde_json::from_str(&text).expect("JSON");
+            if answer["method"] == "Fetch.requestPaused" {
+                self.serve_fault(&answer);
+                continue;
+            }
             if answer["id"] == self.next {
                 assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
                 return answer["result"].clone();
@@ -101,6 +111,38 @@ impl Browser {
         }
         panic!("the browser does not answer {method}");
     }
+}
+
+impl Browser {
+    /// Serves the file with the planted fault instead of the panel's.
+    fn serve_fault(&mut self, paused: &Value) {
+        let Some(fault) = planted() else { return };
+        let media = if fault.file.ends_with(".css") { "text/css" } else { "text/javascript" };
+        let parameters = json!({
+            "requestId": paused["params"]["requestId"],
+            "responseCode": 200,
+            "responseHeaders": [{ "name": "Content-Type", "value": media }],
+            "body": base64(fault.content().as_bytes()),
+        });
+        // Nobody waits for the answer, so its number is one that no question has.
+        let message = json!({ "id": 1_000_000_000, "method": "Fetch.fulfillRequest", "params": parameters,
+            "sessionId": paused["sessionId"] });
+        self.socket.send(Message::text(message.to_string())).expect("the browser listens");
+    }
+}
+
+/// Bytes in base 64 (RFC 4648, section 4).
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for three in bytes.chunks(3) {
+        let bits =
+            (0..3).fold(0_usize, |bits, k| bits << 8 | usize::from(three.get(k).copied().unwrap_or(0)));
+        let digit =
+            |k: usize| if k > three.len() { '=' } else { char::from(DIGITS[bits >> (18 - 6 * k) & 63]) };
+        text.extend((0..4).map(digit));
+    }
+    text
 }
 
 impl Drop for Browser {

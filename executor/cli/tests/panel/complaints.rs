@@ -105,7 +105,7 @@ pub(crate) fn stops(tab: &mut Tab<'_>, why: &str) {
 /// 1 and 2: release, blur, a hidden tab, a second finger and a lost socket stop the tool, and nothing of a queue
 /// follows.
 #[test]
-fn c01_whatever_lets_go_stops_the_tool() {
+pub(crate) fn c01_whatever_lets_go_stops_the_tool() {
     let Some(mut steered) = steered("c01") else { return };
     let mut tab = steered.tab();
     moving(&mut tab);
@@ -143,7 +143,7 @@ fn c01_whatever_lets_go_stops_the_tool() {
 
 /// 3: one operator holds control, and others watch; closing a tab harms nobody.
 #[test]
-fn c03_one_screen_steers_and_others_watch() {
+pub(crate) fn c03_one_screen_steers_and_others_watch() {
     let Some(mut steered) = steered("c03") else { return };
     let url = steered.panel.url.clone();
     let other = steered.browser.open(&url, (800, 1280));
@@ -179,7 +179,7 @@ fn c03_one_screen_steers_and_others_watch() {
 
 /// 4 and 7: targets are large and apart, coordinates are large, and no unit switch is beside the jog buttons.
 #[test]
-fn c04_targets_are_large_and_apart() {
+pub(crate) fn c04_targets_are_large_and_apart() {
     let Some(mut steered) = steered("c04") else { return };
     for (width, height) in [(1280, 800), (1024, 600), (600, 1024)] {
         let mut tab = steered.tab();
@@ -220,7 +220,7 @@ fn c04_targets_are_large_and_apart() {
 
 /// 5: stale data is visibly dead within half a second.
 #[test]
-fn c05_stale_data_is_visibly_dead() {
+pub(crate) fn c05_stale_data_is_visibly_dead() {
     let Some(mut steered) = steered("c05") else { return };
     let mut tab = steered.tab();
     assert_eq!(tab.value("document.querySelector('#x').classList.contains('stale')"), Value::Bool(false));
@@ -253,7 +253,7 @@ pub(crate) fn contour_of_the_pocket(tab: &mut Tab<'_>) {
 
 /// 6, 9 and 10: a reload within a contour shows the truth, the contour goes on, and the time left is honest.
 #[test]
-fn c06_reload_within_a_contour_shows_the_truth() {
+pub(crate) fn c06_reload_within_a_contour_shows_the_truth() {
     let Some(mut steered) = steered("c06") else { return };
     let mut tab = steered.tab();
     contour_of_the_pocket(&mut tab);
@@ -269,6 +269,17 @@ fn c06_reload_within_a_contour_shows_the_truth() {
     let gone = begun.elapsed().as_secs_f64();
     assert!(left - now > 0.4 * gone && left - now < 2.0 * gone, "{left} s, then {now} s after {gone} s");
     tab.wait("document.querySelector('#detail').innerText.includes('%')");
+    // What is shown is what is left, under an override, too.
+    let shown = "parseFloat(document.querySelector('#left').innerText.replace(/[^0-9.]/g, '')) * 60";
+    let off = format!("Math.abs({shown} - panel.state.session.left_s) < 8");
+    tab.wait(&off);
+    let before = tab.value("panel.state.session.left_s").as_f64().unwrap();
+    tab.tap("25 %");
+    tab.wait("panel.state.session.feed_percent === 25");
+    tab.wait(&format!("panel.state.session.left_s > {}", 1.8 * before));
+    tab.wait(&off);
+    tab.tap("100 %");
+    tab.wait("panel.state.session.feed_percent === 100");
     tab.picture("reloaded");
     tab.tap("FEED HOLD");
     tab.wait("panel.state.session.phase === 'holding'");
@@ -278,7 +289,7 @@ fn c06_reload_within_a_contour_shows_the_truth() {
 
 /// 11: focus neither traps nor leaks keys.
 #[test]
-fn c11_keys_jog_only_where_they_are_meant() {
+pub(crate) fn c11_keys_jog_only_where_they_are_meant() {
     let Some(mut steered) = steered("c11") else { return };
     let mut tab = steered.tab();
     let before = place(&mut tab);

@@ -5,6 +5,7 @@
 mod browser;
 mod complaints;
 mod network;
+mod planted;
 mod port_lost;
 mod sight;
 mod whole_job;
@@ -28,7 +29,8 @@ pub struct PanelProcess {
 impl PanelProcess {
     /// An empty folder of jobs.
     fn folder(name: &str) -> PathBuf {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("panel-{name}"));
+        let with_fault = if planted::planted().is_some() { "-planted" } else { "" };
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("panel-{name}{with_fault}"));
         let _ = std::fs::remove_dir_all(&folder);
         std::fs::create_dir_all(&folder).unwrap();
         folder

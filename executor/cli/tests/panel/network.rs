@@ -98,7 +98,7 @@ fn slow_network_costs_comfort_alone() {
 
 /// A page that is only loaded is steered by nobody: a browser without the code gets nothing.
 #[test]
-fn c12_screen_stays_awake_and_strangers_stay_out() {
+pub(crate) fn c12_screen_stays_awake_and_strangers_stay_out() {
     let Some(mut browser) = Browser::start("c12") else {
         println!("skipped: no chromium");
         return;

@@ -5,7 +5,7 @@ use crate::{BenchMill, PanelProcess};
 
 /// 8 and 9: a fault names its cause and the remedy and offers one button, and the contour goes on after a disconnect.
 #[test]
-fn c08_lost_port_names_the_remedy_and_the_contour_goes_on() {
+pub(crate) fn c08_lost_port_names_the_remedy_and_the_contour_goes_on() {
     let mut bench = None;
     let start = |name: &str| {
         let folder = PanelProcess::folder(name);

@@ -1,0 +1,155 @@
+//! Faults planted in the page, one for each complaint. The complaint's test must notice it.
+//!
+//! `cargo test -p keepout --test panel planted -- --ignored --nocapture`
+
+use std::cell::RefCell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use crate::{complaints, network, port_lost};
+
+/// A fault in a file of the page.
+#[derive(Clone, Copy, Debug)]
+pub struct PlantedFault {
+    complaint: u8,
+    /// Its file.
+    pub file: &'static str,
+    find: &'static str,
+    with: &'static str,
+    notices: fn(),
+}
+
+thread_local! {
+    static PLANTED: RefCell<Option<PlantedFault>> = const { RefCell::new(None) };
+}
+
+/// The fault that the tests of this thread meet.
+pub fn planted() -> Option<PlantedFault> {
+    PLANTED.with_borrow(|fault| *fault)
+}
+
+impl PlantedFault {
+    /// The file with the fault in it.
+    pub(crate) fn content(&self) -> String {
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../panel/page").join(self.file);
+        let text = std::fs::read_to_string(page).unwrap();
+        assert_eq!(text.matches(self.find).count(), 1, "its place in {} is there once", self.file);
+        text.replace(self.find, self.with)
+    }
+}
+
+const FAULTS: [PlantedFault; 12] = [
+    PlantedFault {
+        complaint: 1,
+        file: "steering.js",
+        find: "    addEventListener(\"blur\", () => this.release());\n",
+        with: "",
+        notices: complaints::c01_whatever_lets_go_stops_the_tool,
+    },
+    PlantedFault {
+        complaint: 2,
+        file: "steering.js",
+        find: "    pointer = null;\n    steering.pad = null;\n",
+        with: "    pointer = null;\n    setTimeout(() => { steering.pad = null; }, 5000);\n",
+        notices: complaints::c01_whatever_lets_go_stops_the_tool,
+    },
+    PlantedFault {
+        complaint: 3,
+        file: "panel.js",
+        find: "state.control.asked) this.consent();",
+        with: "state.control.asked) this.link.send({ type: \"answer\", consents: true });",
+        notices: complaints::c03_one_screen_steers_and_others_watch,
+    },
+    PlantedFault {
+        complaint: 4,
+        file: "panel.css",
+        find: "--target: 12.5mm;",
+        with: "--target: 8mm;",
+        notices: complaints::c04_targets_are_large_and_apart,
+    },
+    PlantedFault {
+        complaint: 5,
+        file: "link.js",
+        find: "export const DEAD_MS = 500;",
+        with: "export const DEAD_MS = 5000;",
+        notices: complaints::c05_stale_data_is_visibly_dead,
+    },
+    PlantedFault {
+        complaint: 6,
+        file: "panel.js",
+        find: "this.job = await ask(\"/api/job\");",
+        with: "this.job = { ...await ask(\"/api/job\"), running: null };",
+        notices: complaints::c06_reload_within_a_contour_shows_the_truth,
+    },
+    PlantedFault {
+        complaint: 7,
+        file: "steps.js",
+        find: "make(\"small\", {}, texts.step_size),",
+        with: "make(\"small\", {}, texts.step_size), button(\"inch\", () => {}),",
+        notices: complaints::c04_targets_are_large_and_apart,
+    },
+    PlantedFault {
+        complaint: 8,
+        file: "panel.js",
+        find: "if (phase === \"faulted\") return button(",
+        with: "if (phase === \"never\") return button(",
+        notices: port_lost::c08_lost_port_names_the_remedy_and_the_contour_goes_on,
+    },
+    PlantedFault {
+        complaint: 9,
+        file: "panel.js",
+        find: "if (state.session?.interrupted &&",
+        with: "if (false &&",
+        notices: port_lost::c08_lost_port_names_the_remedy_and_the_contour_goes_on,
+    },
+    PlantedFault {
+        complaint: 10,
+        file: "panel.js",
+        find: "`${this.texts.left} ${minutes(session.left_s / 60)} ${this.texts.min}`);",
+        with: "`${this.texts.left} ${minutes(this.first ??= session.left_s / 60)} ${this.texts.min}`);",
+        notices: complaints::c06_reload_within_a_contour_shows_the_truth,
+    },
+    PlantedFault {
+        complaint: 11,
+        file: "steering.js",
+        find: "const typing = event.target",
+        with: "const typing = false && event.target",
+        notices: complaints::c11_keys_jog_only_where_they_are_meant,
+    },
+    PlantedFault {
+        complaint: 12,
+        file: "parts.js",
+        find: "lock(); });\n  lock();\n",
+        with: "lock(); });\n",
+        notices: network::c12_screen_stays_awake_and_strangers_stay_out,
+    },
+];
+
+#[test]
+#[ignore = "it runs every complaint's test once more: six minutes"]
+fn planted_faults_are_noticed() {
+    let mut missed = Vec::new();
+    for fault in FAULTS {
+        PLANTED.set(Some(fault));
+        let noticed = catch_unwind(AssertUnwindSafe(fault.notices)).is_err();
+        println!(
+            "complaint {}: {} in {}",
+            fault.complaint,
+            if noticed { "noticed" } else { "MISSED" },
+            fault.file
+        );
+        if !noticed {
+            missed.push(fault.complaint);
+        }
+    }
+    PLANTED.set(None);
+    assert!(missed.is_empty(), "not noticed: {missed:?}");
+}
+
+/// Each fault's place is there once.
+#[test]
+fn planted_faults_have_their_places() {
+    for fault in FAULTS {
+        assert_ne!(fault.content(), "", "{fault:?}");
+    }
+}
