@@ -12,6 +12,8 @@ const COLOURS = {
 const TRAIL_MAX = 4000;
 /** Distance of a finger from a contour that it means, pixels. */
 const TOUCH_PIXELS = 28;
+/** Height of the buttons of the map, pixels. */
+const TOOLS_PIXELS = 56;
 /** Way of a finger that still is a tap, pixels. */
 const TAP_PIXELS = 8;
 
@@ -71,8 +73,11 @@ export class PartMap {
       return;
     }
     const [x0, y0, x1, y1] = this.map.bounds;
-    const zoom = Math.min(canvas.width / (x1 - x0), canvas.height / (y1 - y0)) * 0.86;
+    // The buttons of the map stand below it.
+    const below = TOOLS_PIXELS * scale;
+    const zoom = Math.min(canvas.width / (x1 - x0), (canvas.height - below) / (y1 - y0)) * 0.86;
     this.view = { zoom: Math.max(zoom, 1e-6), x: (x0 + x1) / 2, y: (y0 + y1) / 2 };
+    this.view.y -= below / 2 / this.view.zoom;
     // A canvas is empty after a change of size, so it is drawn at once.
     this.draw();
   }

@@ -102,10 +102,10 @@ function placeStep(panel) {
   if (job.running) return steeringCards(panel);
   return [
     make("div", { class: "card" }, make("p", {}, texts.touches),
-      button(texts.begin_touch, () => begin("touch"), { class: "main" })),
+      button(texts.begin_touch, () => begin("touch"), { class: job.aligned ? "" : "main" })),
     make("div", { class: "card row" }, button(texts.dry, () => begin("dry_run"), { disabled: !job.aligned }),
-      button(texts.cut, () => begin("cut"), { disabled: !job.aligned })),
-    figures(panel),
+      button(texts.cut, () => begin("cut"), { disabled: !job.aligned, class: job.aligned ? "main" : "" })),
+    contourTable(panel), figures(panel),
     button(texts.back, () => panel.go("tool")),
   ];
 }
@@ -179,7 +179,8 @@ async function inviteDialog(panel) {
   await panel.doing(async () => {
     const { address, svg } = await ask("/api/invite", { method: "POST" });
     const code = make("img", { alt: "QR", class: "code", src: `data:image/svg+xml,${encodeURIComponent(svg ?? "")}` });
-    dialog.replaceChildren(make("p", {}, texts.invite), svg ? code : null, make("p", { class: "address" }, address),
+    const local = ["127.0.0.1", "localhost"].includes(location.hostname) ? make("p", {}, texts.local_only) : "";
+    dialog.replaceChildren(make("p", {}, texts.invite), local, svg ? code : "", make("p", { class: "address" }, address),
       button(texts.close_it, () => dialog.close(), { class: "main" }));
     dialog.showModal();
   });

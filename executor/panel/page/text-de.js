@@ -53,5 +53,6 @@ export default {
   machine_moves: "{machine}, Werkzeug Ø {tool} mm.",
   next_contour: "Nächste",
   finish_it: "Kontur fertig fräsen",
+  local_only: "Jetzt erreicht nur dieser Rechner die Oberfläche. Für andere Geräte mit --listen und seiner Adresse starten.",
   close_it: "Schließen",
 };

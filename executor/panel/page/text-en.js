@@ -52,5 +52,6 @@ export default {
   machine_moves: "{machine}, tool Ø {tool} mm.",
   next_contour: "Next",
   finish_it: "Finish the contour",
+  local_only: "Only this computer reaches the panel now. Start it with --listen and its address for other devices.",
   close_it: "Close",
 };

@@ -53,5 +53,6 @@ export default {
   machine_moves: "{machine}, ferramenta Ø {tool} mm.",
   next_contour: "Seguinte",
   finish_it: "Terminar o contorno",
+  local_only: "Agora só este computador alcança o painel. Para outros aparelhos, inicie-o com --listen e o seu endereço.",
   close_it: "Fechar",
 };
