@@ -78,7 +78,8 @@ function toolStep(panel) {
     ...job.machines.map((name) => make("option", { value: name, selected: name === job.machine }, name)));
   const tool = make("input", { type: "number", inputMode: "decimal", min: 0.1, max: 100, step: 0.01, value: job.tool_mm ?? 6 });
   return [
-    make("label", { class: "card" }, make("small", {}, texts.machine), machine),
+    make("div", { class: "card row" }, make("label", {}, make("small", {}, texts.machine), machine),
+      button(texts.new_machine, () => machineDialog(panel))),
     make("label", { class: "card" }, make("small", {}, texts.tool), tool),
     button(texts.plan, () => panel.ask({ type: "plan", tool_um: Math.round(tool.valueAsNumber * 1000) }), { class: "main" }),
     planCard(panel), contourTable(panel), figures(panel),
@@ -170,6 +171,33 @@ export function side(panel) {
   if (panel.job.running && panel.finishes()) return finishCards(panel);
   if (panel.job.running && panel.job.running !== "touch") return steeringCards(panel);
   return { drawing: drawingStep, tool: toolStep, place: placeStep, rough: placeStep, finish: placeStep, report: reportStep }[panel.step](panel);
+}
+
+/** Asks for what a controller does not state of its machine. */
+function machineDialog(panel) {
+  const { texts, job } = panel;
+  const dialog = dialogOf();
+  const choice = (values) => make("select", {}, ...values.map((value) => make("option", { value }, value)));
+  const number = (value, step) => make("input", { type: "number", inputMode: "decimal", min: 0, step, value });
+  const fields = {
+    name: make("input", { value: "mill", autocomplete: "off" }),
+    port: make("input", { value: job.ports[0] ?? "/dev/ttyUSB0", autocomplete: "off" }),
+    dialect: choice(job.dialects), baud: number(115200, 1), repeatability: number(0.01, 0.001),
+    contour_error: number(0.05, 0.001), third_axis: make("input", { type: "checkbox" }),
+  };
+  const ports = job.ports.map((name) => button(name, () => { fields.port.value = name; }));
+  const um = (field) => Math.round(field.valueAsNumber * 1000);
+  const store = async () => {
+    dialog.close();
+    await panel.ask({ type: "new_machine", name: fields.name.value.trim(), port: fields.port.value.trim(),
+      dialect: fields.dialect.value, baud: fields.baud.valueAsNumber, repeatability_um: um(fields.repeatability),
+      contour_error_um: um(fields.contour_error), third_axis: fields.third_axis.checked });
+  };
+  const rows = Object.entries(fields).map(([name, field]) => make("label", { class: "question" },
+    make("span", {}, texts.machine_questions[name]), field));
+  dialog.replaceChildren(...rows, make("div", { class: "row" }, ...ports), make("div", { class: "row" },
+    button(texts.store_machine, store, { class: "main" }), button(texts.back, () => dialog.close())));
+  dialog.showModal();
 }
 
 /** Shows the address for another screen, with its code. */

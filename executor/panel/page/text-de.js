@@ -54,5 +54,16 @@ export default {
   next_contour: "Nächste",
   finish_it: "Kontur fertig fräsen",
   local_only: "Jetzt erreicht nur dieser Rechner die Oberfläche. Für andere Geräte mit --listen und seiner Adresse starten.",
+  new_machine: "Neue Maschine",
+  store_machine: "Steuerung fragen und speichern",
+  machine_questions: {
+    name: "Name",
+    port: "Serieller Anschluss",
+    dialect: "Steuerung",
+    baud: "Baudrate",
+    repeatability: "Halbe Streuung von zehn Rückkehren an eine Stelle, mm",
+    contour_error: "Größter Bahnfehler in Bewegung, mm",
+    third_axis: "Keepout bewegt die dritte Achse",
+  },
   close_it: "Schließen",
 };

@@ -53,5 +53,16 @@ export default {
   next_contour: "Next",
   finish_it: "Finish the contour",
   local_only: "Only this computer reaches the panel now. Start it with --listen and its address for other devices.",
+  new_machine: "New machine",
+  store_machine: "Ask the controller, and store it",
+  machine_questions: {
+    name: "Name",
+    port: "Serial port",
+    dialect: "Controller",
+    baud: "Baud rate",
+    repeatability: "Half the spread of ten returns to one place, mm",
+    contour_error: "Largest error of the path in motion, mm",
+    third_axis: "Keepout moves the third axis",
+  },
   close_it: "Close",
 };

@@ -54,5 +54,16 @@ export default {
   next_contour: "Seguinte",
   finish_it: "Terminar o contorno",
   local_only: "Agora só este computador alcança o painel. Para outros aparelhos, inicie-o com --listen e o seu endereço.",
+  new_machine: "Máquina nova",
+  store_machine: "Perguntar ao controlador e guardar",
+  machine_questions: {
+    name: "Nome",
+    port: "Porta serial",
+    dialect: "Controlador",
+    baud: "Taxa em baud",
+    repeatability: "Metade da dispersão de dez retornos a um lugar, mm",
+    contour_error: "Maior erro do percurso em movimento, mm",
+    third_axis: "O Keepout move o terceiro eixo",
+  },
   close_it: "Fechar",
 };

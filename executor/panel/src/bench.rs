@@ -126,6 +126,10 @@ pub struct JobView {
     pub inside: bool,
     /// Names of the machines.
     pub machines: Vec<String>,
+    /// Serial ports of this computer.
+    pub ports: Vec<String>,
+    /// The dialects that a new machine can have.
+    pub dialects: Vec<String>,
     /// The machine of the job.
     pub machine: String,
     /// Diameter of the tool, mm.
@@ -193,6 +197,23 @@ pub enum BenchRequest {
     Machine {
         /// Its stored name.
         name: String,
+    },
+    /// Asks a controller for its figures, and stores it as a machine under a name.
+    NewMachine {
+        /// The name.
+        name: String,
+        /// Its port.
+        port: String,
+        /// Its dialect, by name.
+        dialect: String,
+        /// Baud rate of the port.
+        baud: u32,
+        /// Half the spread of ten returns to one place, µm.
+        repeatability_um: u32,
+        /// Largest distance of the true path from the commanded one in motion, µm.
+        contour_error_um: u32,
+        /// Keepout moves a third axis. Its spread and its following error are taken to be those of the others.
+        third_axis: bool,
     },
     /// Chooses the tool and makes the plan.
     Plan {

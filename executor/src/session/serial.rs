@@ -14,6 +14,13 @@ pub struct Serial {
     port: Box<dyn SerialPort>,
 }
 
+/// The names of this computer's serial ports. Empty where the system does not list them.
+#[must_use]
+pub fn port_names() -> Vec<String> {
+    let ports = serialport::available_ports().unwrap_or_default();
+    ports.into_iter().map(|port| port.port_name).collect()
+}
+
 impl Serial {
     /// Opens the port by its system name.
     ///

@@ -6,6 +6,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use keepout_executor::session::place_on_table;
+use keepout_executor::session::serial::port_names;
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_panel::bench::{
     BenchRequest, Document, DocumentName, JobStep, JobView, MapView, SessionKind, SessionWords, TouchView,
@@ -16,6 +17,7 @@ use keepout_planner::job::Progress;
 use keepout_planner::units::vector_mm;
 use keepout_planner::{Mm2, Mm3};
 
+use super::machines::{dialects, new_machine_of};
 use super::open_job::OpenJob;
 use super::sessions::{Running, SessionOrder, start};
 use crate::error::CliError;
@@ -222,6 +224,10 @@ fn change(state: &mut DeskState, request: BenchRequest) -> Result<(), CliError> 
             StoredMachine::named(&name)?;
             job.set("machine", name.into())
         }
+        BenchRequest::NewMachine { .. } => {
+            let name = new_machine_of(request)?;
+            job.set("machine", name.into())
+        }
         BenchRequest::Plan { tool_um } => {
             job.set("tool", format!("{}", f64::from(tool_um) / 1000.0).into())?;
             job.plan()
@@ -262,6 +268,8 @@ impl Workbench for Desk {
         let mut view = JobView {
             jobs,
             machines,
+            ports: port_names(),
+            dialects: dialects(),
             running: state.running.as_ref().map(|running| running.kind),
             message: state.message.clone(),
             ..JobView::default()

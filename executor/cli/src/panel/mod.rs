@@ -1,6 +1,7 @@
 //! The command `panel`: the operator's panel in a browser.
 
 mod desk;
+mod machines;
 mod open_job;
 mod sessions;
 mod views;

@@ -78,7 +78,8 @@ const FAULTS: [PlantedFault; 12] = [
         complaint: 6,
         file: "panel.js",
         find: "this.job = await ask(\"/api/job\");",
-        with: "this.job = { ...await ask(\"/api/job\"), running: null };",
+        with: "this.job = await ask(\"/api/job\"); \
+               if (performance.getEntriesByType(\"navigation\")[0].type === \"reload\") this.job.running = null;",
         notices: complaints::c06_reload_within_a_contour_shows_the_truth,
     },
     PlantedFault {

@@ -52,3 +52,36 @@ pub(crate) fn c08_lost_port_names_the_remedy_and_the_contour_goes_on() {
     let two_cut = "panel.job.contours.filter(({ state }) => state === 'cut').length > 1";
     tab.wait_for(two_cut, std::time::Duration::from_secs(60));
 }
+
+/// A machine is stored from the panel: the controller states its figures, and the person answers the others.
+#[test]
+fn machine_is_stored_by_touch() {
+    let mut bench = None;
+    let start = |name: &str| {
+        let folder = PanelProcess::folder(name);
+        bench = Some(BenchMill::start(&folder));
+        PanelProcess::over(folder)
+    };
+    let Some(mut steered) = opened("machine", start) else { return };
+    let port = std::fs::canonicalize(steered.panel.folder.join("port")).unwrap();
+    let stored = steered.panel.folder.join("config/machine/shop.toml");
+    let mut tab = steered.tab();
+    tab.value("panel.go('tool')");
+    let mut store = |port: &str| {
+        tab.tap("New machine");
+        tab.wait("document.querySelector('#dialog').open");
+        tab.value(&format!(
+            "(() => {{ const [name, port] = document.querySelectorAll('#dialog input'); name.value = 'shop'; \
+             port.value = {port:?}; document.querySelector('#dialog input[type=checkbox]').checked = true; }})()"
+        ));
+        tab.picture("machine");
+        tab.tap("Ask the controller");
+        tab.wait("!document.querySelector('#dialog').open && !document.body.hasAttribute('aria-busy')");
+    };
+    store("/etc/passwd");
+    assert!(!stored.exists());
+    store(&port.to_string_lossy());
+    tab.wait("panel.job.machine === 'shop'");
+    let text = std::fs::read_to_string(stored).unwrap();
+    assert!(text.contains("[profile.z]") && text.contains("contour_error_mm = 0.05"), "{text}");
+}

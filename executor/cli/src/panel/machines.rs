@@ -1,0 +1,61 @@
+//! New machines of the panel: the controller is asked for its figures.
+
+use keepout_executor::dialect::DialectName;
+use keepout_executor::session::serial::port_names;
+use keepout_panel::bench::BenchRequest;
+
+use crate::error::CliError;
+use crate::new_machine::NewMachine;
+
+/// The dialects that a new machine can have.
+pub fn dialects() -> Vec<String> {
+    DialectName::NAMES.map(String::from).to_vec()
+}
+
+/// Stores a machine, and returns its name.
+pub fn new_machine_of(request: BenchRequest) -> Result<String, CliError> {
+    let BenchRequest::NewMachine {
+        name,
+        port,
+        dialect,
+        baud,
+        repeatability_um,
+        contour_error_um,
+        third_axis,
+    } = request
+    else {
+        return Err(CliError::Argument("that is no machine".into()));
+    };
+    if !port_names().contains(&port) && !is_device(&port) {
+        let shown = keepout_planner::text_file::shown(&port);
+        return Err(CliError::Argument(format!(
+            "\"{shown}\" is no serial port of this computer. Choose one."
+        )));
+    }
+    if !DialectName::NAMES.contains(&dialect.as_str()) {
+        let shown = keepout_planner::text_file::shown(&dialect);
+        return Err(CliError::Argument(format!("there is no dialect \"{shown}\". Choose one of the list.")));
+    }
+    let mm = |um: u32| Some(f64::from(um) / 1000.0);
+    let arguments = NewMachine {
+        name: name.clone(),
+        port,
+        dialect,
+        baud,
+        operator: Some("keyboard".into()),
+        travel_mm: None,
+        repeatability_mm: mm(repeatability_um),
+        contour_error_mm: mm(contour_error_um),
+        third_axis,
+        z_repeatability_mm: mm(repeatability_um),
+        z_following_error_mm: mm(contour_error_um),
+        overwrite: false,
+    };
+    crate::new_machine::store(&arguments, false)?;
+    Ok(name)
+}
+
+/// Whether a name is of a device, and not of a file.
+fn is_device(name: &str) -> bool {
+    name.starts_with("/dev/") && !name.contains("..")
+}
