@@ -63,8 +63,8 @@ export class PartMap {
     this.ask();
   }
 
-  /** Shows everything. */
-  fit() {
+  /** Shows the part, and the tool if it is asked for. */
+  fit(withTool = false) {
     const { canvas } = this;
     const scale = devicePixelRatio || 1;
     [canvas.width, canvas.height] = [canvas.clientWidth * scale, canvas.clientHeight * scale];
@@ -72,7 +72,11 @@ export class PartMap {
       this.draw();
       return;
     }
-    const [x0, y0, x1, y1] = this.map.bounds;
+    let [x0, y0, x1, y1] = this.map.bounds;
+    if (withTool && this.tool) {
+      [x0, x1] = [Math.min(x0, this.tool[0]), Math.max(x1, this.tool[0])];
+      [y0, y1] = [Math.min(y0, this.tool[1]), Math.max(y1, this.tool[1])];
+    }
     // The buttons of the map stand below it.
     const below = TOOLS_PIXELS * scale;
     const zoom = Math.min(canvas.width / (x1 - x0), (canvas.height - below) / (y1 - y0)) * 0.86;
@@ -152,10 +156,15 @@ export class PartMap {
     }, { passive: false });
   }
 
-  /** Moves the tool. @param {number[] | null} at @param {number[][]} hull */
-  move(at, hull) {
+  /**
+   * Moves the tool. While it moves by itself it leaves no trail: the places that are shown are too few for a curve.
+   * @param {number[] | null} at @param {number[][]} hull @param {boolean} alone
+   */
+  move(at, hull, alone) {
+    if (alone && this.trail.length > 0) this.trail = [];
+
     const last = this.trail[this.trail.length - 1];
-    if (at && (!last || Math.hypot(at[0] - last[0], at[1] - last[1]) > 0.02)) {
+    if (at && !alone && (!last || Math.hypot(at[0] - last[0], at[1] - last[1]) > 0.02)) {
       this.trail.push(at);
       if (this.trail.length > TRAIL_MAX) this.trail.splice(0, TRAIL_MAX / 4);
     }
@@ -235,6 +244,7 @@ export class PartMap {
     for (const { number, depth, shape } of this.shapes.contours) {
       const state = this.states.get(number);
       context.strokeStyle = state === "cut" ? colours.cut : state === "not_reached" ? colours.missed : colours.todo;
+      if (number === this.chosen) context.strokeStyle = colours.trail;
       context.globalAlpha = this.shows(depth) ? 1 : 0.2;
       width(number === this.chosen ? 5 : 2);
       context.stroke(path(shape));

@@ -32,7 +32,7 @@ class Panel {
     this.steering = new Steering(this.link);
     this.steering.mayKeys = () => this.job?.running && !dialogOf().open;
     at("map-tools").append(button("−", () => this.map.zoomBy(1 / 1.4)), button("+", () => this.map.zoomBy(1.4)),
-      button(this.texts.fit, () => this.map.fit()),
+      button(this.texts.fit, () => this.map.fit(true)),
       button(this.texts.hull, () => { this.map.showHull = !this.map.showHull; this.map.ask(); }), this.depthButton());
     this.map.onChosen = () => this.show();
     setInterval(() => this.showState(), 100);
@@ -89,7 +89,7 @@ class Panel {
     if (notice && notice !== this.notice?.text) this.notice = { text: notice, until: performance.now() + NOTICE_MS };
     const [dx, dy] = this.job?.shift_mm ?? [0, 0];
     const shift = ([x, y]) => [x - dx, y - dy];
-    this.map.move(session?.position_mm ? shift(session.position_mm) : null, (session?.hull_mm ?? []).map(shift));
+    this.map.move(session?.position_mm ? shift(session.position_mm) : null, (session?.hull_mm ?? []).map(shift), this.finishes());
     if (!session || ["contouring", "touching"].includes(session.phase)) this.steering.armed = false;
     if (state.revision !== this.revision && !this.reading) {
       this.reading = true;
@@ -157,8 +157,14 @@ class Panel {
     if (!this.job) return;
     const finishes = this.job.running === "cut" && this.finishes();
     const due = STEPS.indexOf(finishes ? "finish" : this.step);
-    at("steps").replaceChildren(...STEPS.map((step, index) => make("span",
-      { class: index === due ? "due" : index < due ? "done" : "" }, `${index + 1} ${this.texts.step[index]}`)));
+    const open = STEPS.indexOf(this.job.step);
+    at("steps").replaceChildren(...STEPS.map((step, index) => {
+      const name = index === due ? "due" : index < due ? "done" : "";
+      const text = `${index + 1} ${this.texts.step[index]}`;
+      // Between sessions, every step that was reached can be opened again.
+      if (this.job.running || !this.job.name || index > open) return make("span", { class: name }, text);
+      return button(text, () => this.go(step), { class: name });
+    }));
     if (!this.waits("side")) at("side").replaceChildren(...side(this).filter((part) => part));
     at("pins").replaceChildren(...this.job.pins.map((pin) => make("div", {}, make("span", {}, pin.text),
       pin.remedy ? button(pin.remedy.text, () => this.ask(pin.remedy.request)) : null)));
@@ -176,11 +182,14 @@ class Panel {
       // It acts when it is touched, and not when it is let go.
       parts.push(button("", () => {}, { class: "hold", onpointerdown: () => this.stop() }));
       parts[0].append(words.hold, make("small", {}, words.hold_note));
-      parts.push(this.actionButton(session?.phase));
-      parts.push(button(words.end, () => this.ask({ type: "end" })));
+      if (state.control.holder === "mine") {
+        parts.push(this.actionButton(session?.phase));
+        parts.push(button(words.end, () => this.ask({ type: "end" }), { class: this.isAllDone() ? "main" : "" }));
+      }
     }
     const holder = state.control.holder;
-    if (holder === "mine") parts.push(button(words.give, () => this.link.send({ type: "give_control" })));
+    if (holder === "mine" && !job.running) parts.push(make("span"));
+    else if (holder === "mine") parts.push(button(words.give, () => this.link.send({ type: "give_control" })));
     else parts.push(button(words.take, () => this.link.send({ type: "take_control" }), { class: "main" }));
     at("bar").replaceChildren(...parts);
     if (holder === "mine" && state.control.asked) this.consent();
@@ -194,14 +203,22 @@ class Panel {
     if (phase === "faulted") return button(words.recover, () => this.link.command("recover"), main);
     const steered = ["manual", "sliding"].includes(phase);
     if (state.session?.interrupted && (steered || phase === "escaping")) return button(words.finish_it, () => this.link.command("cycle_start"), { ...main, disabled: !state.session.rests });
-    if (!steered) return make("span");
+    if (!steered || this.isAllDone()) return make("span");
     return job.running === "touch" ? button(words.take_place, () => this.ask({ type: "take" }), main) : this.armButton();
+  }
+
+  /** Whether the session has nothing left: all places are taken, or all contours cut. */
+  isAllDone() {
+    const { job } = this;
+    const [touches, taken] = job.touches;
+    return job.running === "touch" ? taken >= touches.length
+      : job.running === "cut" && job.contours.every(({ state }) => state === "cut" || state === "not_reached");
   }
 
   armButton() {
     const { texts: words, steering } = this;
     const made = button("", () => {}, { class: "arm" });
-    made.append(steering.armed ? words.disarm : words.arm, make("small", {}, words.arm_note));
+    made.append(steering.armed ? words.disarm : words.arm, make("small", {}, steering.armed ? words.armed[1] : words.arm_note));
     let since = null;
     const watch = () => {
       if (since === null) return;
@@ -267,6 +284,9 @@ class Panel {
       [headline, detail] = words.phase[session.phase] ?? [session.phase, ""];
       tone = TONES[session.phase] ?? "";
       if (tone === "calm" && session.phase === "manual" && state.control.holder !== "mine") [headline, detail, tone] = [...words.watching, ""];
+      if (tone === "calm" && this.isAllDone()) [headline, detail] = words[this.job.running === "touch" ? "all_taken" : "all_cut"];
+      if (this.job?.running === "dry_run") headline = `${words.dry_run}: ${headline}`;
+      if (session.interrupted && session.phase === "escaping") detail = words.finish_from_above;
       if (session.armed) [headline, detail, tone] = [...words.armed, "alert"];
       if (session.phase === "contouring") {
         const left = session.left_s === null ? "" : ` · ${words.left} ${minutes(session.left_s / 60)} ${words.min}`;

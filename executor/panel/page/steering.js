@@ -5,6 +5,10 @@
 const EVERY_MS = 33;
 /** Dead zone and least deflection of a stick. */
 const DEAD = 0.15;
+/** Least share of full speed that moves the tool. The program takes less than 0.03 for a stick at rest. */
+const LEAST = 0.035;
+/** Deflection of the pad that makes one step, and below which it is let go. */
+const [STEPS_AT, STEPS_AGAIN_BELOW] = [0.6, 0.3];
 
 /** An input that lets go. The server takes no other input before it, from a new connection and after a contour. */
 const LET_GO = { held: false, velocity: [0, 0], up: 0, step_mm: [0, 0], step_up_mm: 0, armed: false };
@@ -113,12 +117,14 @@ export class Steering {
     // A new press begins with its own release, so the server knows it from one that goes on.
     if (held && !this.wasHeld) this.link.steer({ ...LET_GO, armed: this.armed });
     [this.wasHeld, this.wasArmed] = [held, this.armed];
-    const length = Math.max(1, Math.hypot(...velocity));
-    const scale = this.speed / length;
+    // From the dead zone to the rim, the speed goes from the least to the chosen one.
+    const length = Math.hypot(...velocity);
+    const share = (deflection) => (deflection === 0 ? 0 : LEAST + (Math.max(this.speed, LEAST) - LEAST) * Math.min(1, deflection));
+    const scale = length === 0 ? 0 : share(length) / length;
     this.link.steer({
       held,
       velocity: [velocity[0] * scale, velocity[1] * scale],
-      up: Math.max(-1, Math.min(1, up)) * this.speed,
+      up: Math.sign(up) * share(Math.abs(up)),
       step_mm: [steps[0], steps[1]],
       step_up_mm: steps[2],
       armed: this.armed,
@@ -133,6 +139,8 @@ const ENABLES_AFTER_MS = 250;
 export function thumbPad(element, steering) {
   let pointer = null;
   let liveAt = 0;
+  /** The push that rests was a step already. */
+  let stepped = false;
   const place = (event) => {
     const box = element.getBoundingClientRect();
     const half = box.width / 2;
@@ -157,6 +165,16 @@ export function thumbPad(element, steering) {
     element.style.setProperty("--y", `${-y * 35}%`);
     if (performance.now() < liveAt) return;
     element.classList.add("live");
+    if (steering.step > 0) {
+      // One push is one step, along the nearest of eight directions.
+      const length = Math.hypot(x, y);
+      if (length < STEPS_AGAIN_BELOW) stepped = false;
+      if (stepped || length < STEPS_AT) return;
+      stepped = true;
+      const turn = Math.round(Math.atan2(y, x) / (Math.PI / 4)) * (Math.PI / 4);
+      steering.steps([Math.round(Math.cos(turn)), Math.round(Math.sin(turn)), 0]);
+      return;
+    }
     steering.pad = { owner: element, velocity: [x, y], up: 0 };
   };
   element.addEventListener("pointerdown", (event) => {
@@ -166,6 +184,7 @@ export function thumbPad(element, steering) {
       return;
     }
     pointer = event.pointerId;
+    stepped = false;
     liveAt = performance.now() + ENABLES_AFTER_MS;
     element.setPointerCapture(pointer);
     const down = event;
@@ -181,12 +200,21 @@ export function thumbPad(element, steering) {
 
 /** A button that moves the tool up or down while it is held. @param {HTMLElement} element @param {Steering} steering */
 export function holdButton(element, steering, up) {
-  const end = () => { if (steering.pad?.owner === element) { steering.pad = null; steering.tick(); } };
+  let rests = 0;
+  const end = () => {
+    clearTimeout(rests);
+    element.classList.remove("live");
+    if (steering.pad?.owner === element) { steering.pad = null; steering.tick(); }
+  };
   element.addEventListener("pointerdown", (event) => {
     element.setPointerCapture(event.pointerId);
     if (steering.step > 0) { steering.steps([0, 0, up]); return; }
-    steering.pad = { owner: element, velocity: [0, 0], up };
-    steering.tick();
+    // A tap moves nothing: the finger rests first, as on the pad.
+    rests = setTimeout(() => {
+      element.classList.add("live");
+      steering.pad = { owner: element, velocity: [0, 0], up };
+      steering.tick();
+    }, ENABLES_AFTER_MS);
   });
   for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) element.addEventListener(name, end);
 }

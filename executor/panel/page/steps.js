@@ -12,12 +12,12 @@ const FEEDS = [25, 50, 75, 100];
 function contourTable(panel) {
   const { job, texts, map } = panel;
   const crosses = panel.deep() && job.running === "cut" && !panel.finishes();
-  const next = job.contours.find(({ state }) => state === "to_do" || state === "begun")?.number;
+  const next = job.contours.find(({ state, opens }) => opens && (state === "to_do" || state === "begun"))?.number;
   const cross = (number) => button(`${texts.cross} ${number}`,
     () => panel.link.command({ cross: { contour: number } }), { class: number === next ? "main" : "" });
   const mark = (number) => { map.choose(number === map.chosen ? null : number); panel.show(); };
-  const rows = job.contours.map(({ number, name, state }) => make("tr", { class: number === map.chosen ? "marked" : "" },
-    make("td", {}, crosses ? cross(number) : String(number)),
+  const rows = job.contours.map(({ number, name, state, opens }) => make("tr", { class: number === map.chosen ? "marked" : "" },
+    make("td", {}, crosses && opens ? cross(number) : String(number)),
     make("td", { onclick: () => mark(number) }, name), make("td", { class: state }, texts.state[state])));
   return make("div", { class: "card" }, make("small", { id: "tally" }), make("table", {}, ...rows));
 }
@@ -81,10 +81,11 @@ function toolStep(panel) {
     make("div", { class: "card row" }, make("label", {}, make("small", {}, texts.machine), machine),
       button(texts.new_machine, () => machineDialog(panel))),
     make("label", { class: "card" }, make("small", {}, texts.tool), tool),
-    button(texts.plan, () => panel.ask({ type: "plan", tool_um: Math.round(tool.valueAsNumber * 1000) }), { class: "main" }),
+    button(texts.plan, () => panel.ask({ type: "plan", tool_um: Math.round(tool.valueAsNumber * 1000) }),
+      { class: job.plan ? "" : "main" }),
     planCard(panel), contourTable(panel), figures(panel),
     make("div", { class: "row" }, button(texts.back, () => panel.go("drawing")),
-      button(texts.next, () => panel.go("place"), { disabled: job.figures.length === 0 })),
+      button(texts.next, () => panel.go("place"), { disabled: !job.plan, class: job.plan ? "main" : "" })),
   ];
 }
 
@@ -95,7 +96,7 @@ function placeStep(panel) {
   const begin = (kind) => panel.begin(kind);
   if (job.running === "touch") {
     return [
-      make("div", { class: "card" }, make("b", {}, texts.nothing_protected)),
+      make("div", { class: "card" }, make("b", {}, texts.nothing_protected), make("div", {}, texts.touch_hint)),
       touch ? make("div", { class: "card" }, `${taken + 1} / ${touches.length}: ${touch.words} ○`) : null,
       ...steeringCards(panel),
     ];
@@ -138,6 +139,7 @@ function steeringCards(panel) {
       choice([0.05, 0.2, 0.5, 1], steering.speed, (share) => `${share * 100} %`, (share) => { steering.speed = share; })),
     deep ? make("div", { class: "card row" },
       button(spindle ? texts.spindle_on : texts.spindle_off, () => panel.link.command({ spindle: { runs: !spindle } }))) : null,
+    panel.job.running === "cut" ? make("div", { class: "card" }, texts.rough_hint) : null,
     panel.job.running === "cut" ? contourTable(panel) : null,
   ];
 }

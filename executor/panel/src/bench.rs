@@ -85,6 +85,8 @@ pub struct ContourView {
     pub number: usize,
     /// Its name.
     pub name: String,
+    /// The raised tool can cross to its middle, and lower there.
+    pub opens: bool,
     /// Its fate.
     pub state: ContourState,
 }

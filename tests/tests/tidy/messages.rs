@@ -4,13 +4,14 @@ use crate::source::{Offender, judge, product, read, sources};
 
 const PAGE: &str = "docs/machinist/messages.md";
 /// The code whose messages a user can see.
-const PRODUCT: [&str; 7] = [
+const PRODUCT: [&str; 8] = [
     "kernel/src",
     "planner/src",
     "planner/drives/src",
     "executor/src",
     "executor/guard/src",
     "executor/sim/src",
+    "executor/panel/src",
     "executor/cli/src",
 ];
 /// An error with fewer letters of its own only wraps another.

@@ -122,7 +122,9 @@ impl Desk {
         let mut state = self.state();
         state.running = None;
         let message = match (told, kind, &mut state.job) {
-            (Ok(_), SessionKind::Touch, Some(job)) => job.align().err().map(|error| error.to_string()),
+            (Ok(_), SessionKind::Touch, Some(job)) => {
+                Some(job.align().unwrap_or_else(|error| error.to_string()))
+            }
             (Ok(outcome), kind, Some(job)) => {
                 job.ended(kind);
                 outcome

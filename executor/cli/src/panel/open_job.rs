@@ -14,7 +14,7 @@ use keepout_planner::job::Progress;
 use keepout_planner::plan::PlanError;
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::{PlanRequest, PlanRequestError};
-use keepout_planner::{Mm3, plan_file};
+use keepout_planner::{Mm2, Mm3, plan_file};
 
 use super::desk::{nominal_origin, touch_view};
 use super::views::{
@@ -138,7 +138,8 @@ impl OpenJob {
     }
 
     /// Finds how the part lies from the places that were taken, and plans again if it lies turned.
-    pub fn align(&mut self) -> Result<(), CliError> {
+    /// Returns what was found, in words.
+    pub fn align(&mut self) -> Result<String, CliError> {
         if self.taken.len() < self.touches.len() || self.touches.is_empty() {
             return Err(CliError::Argument(
                 "ended before every place was taken: nothing was changed. Begin again.".into(),
@@ -159,20 +160,28 @@ impl OpenJob {
         };
         let alignment = align(&part, &probes)?;
         let top_mm = self.taken.get(edges).map(|at| at.z);
+        let Mm2 { x, y } = alignment.origin_mm;
+        let found = format!(
+            "The place of the part is known: turned by {:.3}°, its origin at ({x:.3}, {y:.3}) mm. It may sit off by \
+             {:.3} mm.",
+            alignment.rotation_deg, alignment.uncertainty_mm
+        );
         let file = AlignmentFile { top_mm, ..file_of(&alignment, &probes, &self.folder.file.drawing) };
         let output = self.folder.alignment();
         keep_earlier(&output)?;
         file.checked()?.save(&output)?;
         self.plan()?;
         self.step = JobStep::Rough;
-        Ok(())
+        Ok(found)
     }
 
     /// A session has ended.
     pub fn ended(&mut self, kind: SessionKind) {
         if kind == SessionKind::Cut {
             self.read_progress();
-            self.step = JobStep::Report;
+            // A session that cut nothing leads back to where it began.
+            let cut = self.progress != Progress::default();
+            self.step = if cut { JobStep::Report } else { JobStep::Rough };
         }
     }
 

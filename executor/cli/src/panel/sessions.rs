@@ -87,15 +87,16 @@ fn touch(
     let outcome = session.run(&mut RealClock::default(), LONGEST, |session, now| {
         let supervisor = session.supervisor();
         shown.show(desk, supervisor);
-        let key = takes.load(Ordering::Relaxed) > seen;
+        let left = places.taken.len() < order.touches;
+        let key = left && takes.load(Ordering::Relaxed) > seen;
         seen = takes.load(Ordering::Relaxed);
         match places.watch(supervisor, key, now) {
             TakeOutcome::Nothing => {}
             TakeOutcome::Taken(at) => desk.hear(DeskNews::Taken(at)),
             TakeOutcome::Refused(reason) => desk.hear(DeskNews::Told(reason.into())),
         }
-        let done = places.taken.len() == order.touches || halt.load(Ordering::Relaxed);
-        if done { Going::Halt } else { Going::On }
+        // After the last place the person raises the tool first.
+        if halt.load(Ordering::Relaxed) { Going::Halt } else { Going::On }
     })?;
     match outcome.fault() {
         Some(fault) => Err(CliError::Stopped(fault.to_string())),

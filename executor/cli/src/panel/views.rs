@@ -5,6 +5,7 @@ use keepout_kernel::{Curve, Length};
 use keepout_panel::bench::{
     BenchRequest, ContourState, ContourView, MapLine, MapView, PinView, PlanView, RemedyView,
 };
+use keepout_planner::contour::ContourRole;
 use keepout_planner::drawing::{Chained, Drawing};
 use keepout_planner::inspect::Inspection;
 use keepout_planner::job::Progress;
@@ -124,6 +125,7 @@ pub fn contours_of_drawing(found: &Inspection) -> Vec<ContourView> {
     let view = |name: &keepout_planner::contour::ContourName| ContourView {
         number: name.number,
         name: name.title(),
+        opens: false,
         state: ContourState::ToDo,
     };
     found.contours.iter().map(|contour| view(&contour.name)).collect()
@@ -145,6 +147,7 @@ pub fn contours_of_plan(work: &PreparedPlan, progress: &Progress) -> Vec<Contour
     let view = |contour: &PlannedContour| ContourView {
         number: contour.name.number,
         name: contour.name.title(),
+        opens: matches!(contour.name.role, ContourRole::Opening | ContourRole::Pocket),
         state: state(contour),
     };
     walled.map(view).collect()

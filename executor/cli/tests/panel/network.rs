@@ -72,8 +72,8 @@ fn slow(url: &str) -> String {
     there
 }
 
-/// With a round trip of 300 ms and 3 % of the packets lost the tool follows, late, and stops when it is let go. Nothing moves
-/// later.
+/// With a round trip of 300 ms and 3 % of the packets lost the tool follows, late, and stops when it is let go. Nothing
+/// moves later.
 #[test]
 fn slow_network_costs_comfort_alone() {
     let start = |name: &str| {
@@ -96,7 +96,7 @@ fn slow_network_costs_comfort_alone() {
     tab.picture("slow");
 }
 
-/// A page that is only loaded is steered by nobody: a browser without the code gets nothing.
+/// 12: the screen is kept awake, a browser without the code gets nothing, and another screen enters by a new code.
 #[test]
 pub(crate) fn c12_screen_stays_awake_and_strangers_stay_out() {
     let Some(mut browser) = Browser::start("c12") else {

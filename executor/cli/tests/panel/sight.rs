@@ -17,27 +17,7 @@ fn resize(tab: &mut Tab<'_>, (width, height): (u32, u32)) {
 
 /// Texts of less contrast than WCAG's level AA asks for: 4.5, or 3 for large ones. Struck-through and disabled ones do
 /// not count.
-const PALE: &str = r"
-(() => {
-  const channels = (text) => { const all = (text.match(/[\d.]+/g) ?? []).map(Number); return all.length ? all : [0, 0, 0, 0]; };
-  const light = ([r, g, b]) => { const one = (c) => { c /= 255; return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; };
-    return 0.2126 * one(r) + 0.7152 * one(g) + 0.0722 * one(b); };
-  const ground = (element) => { for (let at = element; at; at = at.parentElement) {
-    const colour = channels(getComputedStyle(at).backgroundColor); if (colour[3] === undefined || colour[3] > 0.99) return colour; }
-    return [255, 255, 255]; };
-  const found = [];
-  for (const element of document.querySelectorAll('body *')) {
-    const own = [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim());
-    const style = getComputedStyle(element);
-    if (!own || !element.offsetParent || element.disabled || element.closest('iframe') || element.classList.contains('stale')) continue;
-    const [a, b] = [light(channels(style.color)), light(ground(element))].sort((x, y) => y - x);
-    const ratio = (a + 0.05) / (b + 0.05);
-    const size = parseFloat(style.fontSize);
-    const large = size >= 24 || size >= 18.66 && Number(style.fontWeight) >= 700;
-    if (ratio < (large ? 3 : 4.5)) found.push([element.textContent.trim().slice(0, 40), ratio]);
-  }
-  return found;
-})()";
+const PALE: &str = include_str!("pale.js");
 
 /// Keeps pictures of a step at three sizes, light and dark, and checks the contrast of its texts.
 fn look(tab: &mut Tab<'_>, step: &str) {
@@ -88,31 +68,7 @@ fn every_step_is_legible_at_three_sizes_light_and_dark() {
 fn map_of_100_000_edges_is_drawn_with_few_points() {
     let Some(mut steered) = steered("frames") else { return };
     let mut tab = steered.tab();
-    let measured = tab.value(
-        r"(async () => {
-  const line = (radius) => { const points = []; for (let k = 0; k < 25000; k += 1) {
-    const phi = 2 * Math.PI * k / 25000; const r = radius + 2 * Math.sin(9 * phi) + 0.1 * Math.sin(997 * phi);
-    points.push(40 + r * Math.cos(phi), 25 + r * Math.sin(phi)); } return points; };
-  const map = { bounds: [-60, -75, 140, 125], faces: [[0, [line(90), line(70)]]], zones: [], rest: [], left_out: [],
-    contours: [[1, -1, line(93)], [2, -1, line(67)]], tool_radius_mm: 3 };
-  panel.map.take(map);
-  const work = []; const gaps = []; let last = performance.now();
-  const frame = () => new Promise((done) => requestAnimationFrame(done));
-  for (let k = 0; k < 240; k += 1) {
-    if (k % 120 < 60) panel.map.view.x += 0.3; else panel.map.zoomBy(k % 120 < 90 ? 1.05 : 1 / 1.05);
-    const begun = performance.now(); panel.map.draw(); work.push(performance.now() - begun);
-    await frame(); const now = performance.now(); gaps.push(now - last); last = now;
-  }
-  const rank = (all, share) => [...all].sort((a, b) => a - b)[Math.floor(share * (all.length - 1))];
-  panel.map.view.zoom *= 1; panel.map.move([40, 25], []);
-  const still = []; for (let k = 0; k < 60; k += 1) { const begun = performance.now(); panel.map.draw(); still.push(performance.now() - begun); await frame(); }
-  panel.map.fit();
-  const drawn = panel.map.shapes.faces[0][1].drawn;
-  panel.map.zoomBy(60, [panel.map.canvas.width * 0.93, panel.map.canvas.height / 2]); panel.map.draw();
-  return { drawn, near: panel.map.shapes.faces[0][1].drawn, work: [rank(work, 0.5), rank(work, 0.95)], still: [rank(still, 0.5), rank(still, 0.95)], gaps: [rank(gaps, 0.5), rank(gaps, 0.95)],
-    points: panel.map.shapes.faces[0][1].lines[0].points.length / 2 };
-})()",
-    );
+    let measured = tab.value(include_str!("frames.js"));
     println!("100,000 edges, ms, median and p95: {measured}");
     assert_eq!(measured["points"], 25_000);
     // Of the 50,000 points of the face, the whole view needs a part, and a near one little.

@@ -122,20 +122,22 @@ fn touch_off(tab: &mut Tab<'_>) {
         tab.tap("Take");
         tab.wait(&format!("panel.job.touches[1] === {number}"));
     }
-    tab.wait("panel.job.running === null");
-    assert_eq!(tab.value("panel.job.message"), serde_json::Value::Null);
-    tab.wait("panel.job.step === 'rough'");
+    tab.wait("document.querySelector('#headline').innerText === 'ALL TAKEN'");
+    tab.picture("3-taken");
+    lift_to(tab, -10.0);
+    tab.tap("End the session");
+    tab.wait("panel.job.running === null && panel.job.step === 'rough'");
+    tab.wait("panel.job.message.includes('The place of the part is known')");
+    tab.picture("4-place-known");
 }
 
 /// Begins the session, lowers the tool beside the part, arms, and touches the part.
 fn cut(tab: &mut Tab<'_>) {
     tab.tap("Begin to cut");
     tab.tap("It is homed");
-    // The tool still stands on the top of the part.
-    tab.wait("panel.state.session && panel.state.session.phase === 'escaping'");
-    tab.picture("4-leave");
+    tab.wait("panel.state.session && panel.state.session.phase === 'manual'");
     tab.tap("Raise");
-    tab.wait("panel.state.session.phase === 'manual' && panel.state.session.height_mm > 4.9");
+    tab.wait("panel.state.session.rests && panel.state.session.height_mm > 4.9");
     tab.tap("Spindle stands");
     tab.wait("panel.state.session.spindle === true");
     tab.tap("50 %");
@@ -149,6 +151,7 @@ fn cut(tab: &mut Tab<'_>) {
     tab.wait("panel.state.session.phase === 'contouring'");
     tab.lift();
     tab.picture("5-finish");
-    tab.wait_for("panel.state.session.phase === 'manual'", Duration::from_secs(240));
+    tab.wait_for("document.querySelector('#headline').innerText === 'ALL CUT'", Duration::from_secs(240));
+    tab.picture("5-all-cut");
     tab.tap("End the session");
 }
