@@ -88,6 +88,9 @@ fn demo_part_is_machined_by_touch() {
     tab.picture("6-report");
     let report = std::fs::read_to_string(panel.folder.join("cover/report.html")).unwrap();
     assert!(report.contains("4 of 4 contours cut"), "{}", &report[..2000]);
+    let closest = report.split("closest approach of tool and part</th><td>").nth(1).unwrap();
+    let closest: f64 = closest.split(' ').next().unwrap().parse().unwrap();
+    assert!((0.0..0.1).contains(&closest), "{closest} mm");
     let address = tab.value("location.origin + '/api/document/report'");
     tab.send("Page.navigate", &serde_json::json!({ "url": address }));
     tab.wait("document.body.innerText.includes('4 of 4 contours cut')");

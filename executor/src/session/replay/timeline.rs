@@ -173,6 +173,10 @@ impl Timeline {
             return;
         }
         let part = supervisor.work().levels().at(position.height);
+        // Above all that stands, nothing is near.
+        if part.edges().is_empty() {
+            return;
+        }
         let clearance = part.clearance(position.point).unwrap_or(Length::ZERO);
         if self.closest.is_none_or(|(least, _)| clearance < least) {
             self.closest = Some((clearance, at));
