@@ -70,8 +70,8 @@ pub(crate) fn place(tab: &mut Tab<'_>) -> Mm2 {
     Mm2::new(at[0].as_f64().unwrap_or(f64::NAN), at[1].as_f64().unwrap_or(f64::NAN))
 }
 
-/// Pushes, and waits until the tool moves. The finger stays. The page lets go of a pad that it builds again, so a person
-/// presses again.
+/// Pushes, and waits until the tool moves. The finger stays. The page lets go of a pad that it builds again: then the
+/// finger presses again.
 pub(crate) fn moving(tab: &mut Tab<'_>) -> Mm2 {
     let before = place(tab);
     for _ in 0..4 {
