@@ -378,7 +378,8 @@ impl Talk {
     }
 }
 
-fn view(phase: Phase) -> OperatorView {
+/// What an operator sees of a session in a phase, without a position.
+pub(crate) fn view(phase: Phase) -> OperatorView {
     OperatorView {
         position_mm: None,
         height_mm: None,

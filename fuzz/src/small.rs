@@ -8,13 +8,13 @@ use std::time::Duration;
 use arbitrary::{Arbitrary, Unstructured};
 use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::{Described, Description, Dialect};
-use keepout_executor::operator::{Operator, OperatorView, Panel};
+use keepout_executor::operator::{Operator, Panel};
 use keepout_executor::supervisor::{OperatorCommand, OperatorInput, Phase};
 use keepout_guard::Time;
+use keepout_planner::Mm2;
 use keepout_planner::align::file::AlignmentFile;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::margin::Budget;
-use keepout_planner::{Box2, Mm2};
 use keepout_sim::operator::{Recorder, Script, TraceOperator};
 use serde::Serialize;
 use toml::Value;
@@ -22,6 +22,7 @@ use toml::Value;
 use crate::dialects::{COMMANDS, dialect_config};
 use crate::import::check_message;
 use crate::oracle;
+use crate::panel::view;
 use crate::sketch::number;
 
 /// Largest number of inputs taken from an operator's file.
@@ -188,17 +189,7 @@ fn is_in(said: &Value, used: &Value) -> bool {
 
 /// Checks that the recording of an operator's inputs gives the same inputs at the same times.
 fn is_recorded(operator: impl Operator, looks: &[u8]) {
-    let seen = OperatorView {
-        position_mm: None,
-        height_mm: None,
-        wall_mm: None,
-        part_box: Box2 { low: Mm2::ZERO, high: Mm2::new(100.0, 60.0) },
-        end_mm: None,
-        unacknowledged: 0,
-        spindle_runs: false,
-        phase: Phase::Manual,
-        contoured: false,
-    };
+    let seen = view(Phase::Manual);
     let mut now = Time::from_micros(77_777);
     let mut later = |look: u64| {
         now = now.after(Duration::from_micros(1 + 300 * look * look));

@@ -51,7 +51,6 @@ export default {
   invite: "Diese Adresse auf dem anderen Gerät öffnen oder den Code scannen. Er gilt 15 Minuten.",
   keep_clear: "Der Not-Halt muss in Reichweite sein.",
   machine_moves: "{machine}, Werkzeug Ø {tool} mm.",
-  next_contour: "Nächste",
   finish_it: "Kontur fertig fräsen",
   local_only: "Jetzt erreicht nur dieser Rechner die Oberfläche. Für andere Geräte mit --listen und seiner Adresse starten.",
   new_machine: "Neue Maschine",

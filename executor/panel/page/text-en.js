@@ -50,7 +50,6 @@ export default {
   invite: "Open this address on the other screen, or scan the code. It ends after 15 minutes.",
   keep_clear: "Keep the emergency stop within reach.",
   machine_moves: "{machine}, tool Ø {tool} mm.",
-  next_contour: "Next",
   finish_it: "Finish the contour",
   local_only: "Only this computer reaches the panel now. Start it with --listen and its address for other devices.",
   new_machine: "New machine",

@@ -51,7 +51,6 @@ export default {
   invite: "Abra este endereço na outra tela, ou leia o código. Ele vale 15 minutos.",
   keep_clear: "A parada de emergência deve estar ao alcance.",
   machine_moves: "{machine}, ferramenta Ø {tool} mm.",
-  next_contour: "Seguinte",
   finish_it: "Terminar o contorno",
   local_only: "Agora só este computador alcança o painel. Para outros aparelhos, inicie-o com --listen e o seu endereço.",
   new_machine: "Máquina nova",

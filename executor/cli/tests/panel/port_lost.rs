@@ -1,19 +1,23 @@
 //! The cable is pulled while a contour is cut: complaints 8 and 9.
 
-use crate::complaints::{contour_of_the_pocket, opened};
+use crate::complaints::{Steered, contour_of_the_pocket, opened};
 use crate::{BenchMill, PanelProcess};
+
+/// A browser at the panel of a job, with a mill behind a port of its own. `None` without a browser.
+fn at_bench(name: &str) -> Option<(Steered, BenchMill)> {
+    let mut bench = None;
+    let steered = opened(name, |name| {
+        let folder = PanelProcess::folder(name);
+        bench = Some(BenchMill::start(&folder));
+        PanelProcess::over(folder)
+    })?;
+    Some((steered, bench?))
+}
 
 /// 8 and 9: a fault names its cause and the remedy and offers one button, and the contour goes on after a disconnect.
 #[test]
 pub(crate) fn c08_lost_port_names_the_remedy_and_the_contour_goes_on() {
-    let mut bench = None;
-    let start = |name: &str| {
-        let folder = PanelProcess::folder(name);
-        bench = Some(BenchMill::start(&folder));
-        PanelProcess::over(folder)
-    };
-    let Some(mut steered) = opened("c08", start) else { return };
-    let bench = bench.unwrap();
+    let Some((mut steered, bench)) = at_bench("c08") else { return };
     let job = steered.panel.folder.join("cover/job.toml");
     let mut tab = steered.tab();
     let chosen = "[...document.querySelectorAll('select')].forEach((one) => { one.value = 'bench'; \
@@ -63,13 +67,7 @@ pub(crate) fn c08_lost_port_names_the_remedy_and_the_contour_goes_on() {
 /// A machine is stored from the panel: the controller states its figures, and the person answers the others.
 #[test]
 fn machine_is_stored_by_touch() {
-    let mut bench = None;
-    let start = |name: &str| {
-        let folder = PanelProcess::folder(name);
-        bench = Some(BenchMill::start(&folder));
-        PanelProcess::over(folder)
-    };
-    let Some(mut steered) = opened("machine", start) else { return };
+    let Some((mut steered, _bench)) = at_bench("machine") else { return };
     let port = std::fs::canonicalize(steered.panel.folder.join("port")).unwrap();
     let stored = steered.panel.folder.join("config/machine/shop.toml");
     let mut tab = steered.tab();
