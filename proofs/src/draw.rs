@@ -1,4 +1,4 @@
-//! Sources of a property's inputs: every case of a small lattice, random cases, bytes, or a model checker.
+//! Sources of a property's inputs: every case of a small lattice, random cases, or bytes.
 
 use std::collections::VecDeque;
 
@@ -220,35 +220,5 @@ impl Draw for Bytes {
 
     fn radius(&mut self) -> i64 {
         self.int(0, (2 * self.half).min(LIMIT))
-    }
-}
-
-/// All cases at once, for Kani. Coordinates run from `-HALF` to `HALF`.
-#[cfg(kani)]
-#[derive(Debug)]
-pub struct KaniCases<const HALF: i8>;
-
-#[cfg(kani)]
-impl<const HALF: i8> Draw for KaniCases<HALF> {
-    type Width = Narrow;
-
-    fn int(&mut self, low: i64, high: i64) -> i64 {
-        #[cfg(kani_shim)]
-        use crate::kani_shim as kani;
-        let value: i64 = if low >= i64::from(i8::MIN) && high <= i64::from(i8::MAX) {
-            i64::from(kani::any::<i8>())
-        } else {
-            kani::any()
-        };
-        kani::assume(low <= value && value <= high);
-        value
-    }
-
-    fn coordinate(&mut self) -> i64 {
-        self.int(-i64::from(HALF), HALF.into())
-    }
-
-    fn radius(&mut self) -> i64 {
-        self.int(0, 2 * i64::from(HALF))
     }
 }

@@ -4,11 +4,7 @@
 use std::ops::{Add, Mul, Sub};
 
 /// Whole numbers of any size.
-#[cfg(not(kani))]
 pub use num_bigint::BigInt as Wide;
-/// Kani cannot handle big integers. Its cases are small.
-#[cfg(kani)]
-pub type Wide = i128;
 
 /// Whole numbers that do not overflow in their use: big integers anywhere, `i64` for coordinates up to 16,
 /// `i128` for coordinates up to 2^13.
@@ -19,7 +15,6 @@ pub trait Whole:
 
 impl Whole for i64 {}
 impl Whole for i128 {}
-#[cfg(not(kani))]
 impl Whole for Wide {}
 
 /// A point with coordinates of some kind of whole numbers.

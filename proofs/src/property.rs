@@ -29,19 +29,6 @@ pub struct Property {
     pub random: Option<CaseEngine<u64, Chance>>,
     /// Runs the case that the bytes encode.
     pub bytes: fn(&mut Bytes),
-    /// The Kani harness of the same name.
-    pub kani: Option<Harness>,
-}
-
-/// The bounds of a Kani harness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Harness {
-    /// Largest magnitude of a coordinate, lattice units.
-    pub half: i8,
-    /// How often loops are unwound.
-    pub unwind: u32,
-    /// The solver.
-    pub solver: &'static str,
 }
 
 /// The extent of a run.
@@ -154,13 +141,12 @@ impl Property {
 }
 
 /// Lists properties: name, drawing of the inputs, claim, and engines with their bounds. Each entry becomes
-/// a [`Property`], a test and a Kani harness.
+/// a [`Property`] and a test.
 macro_rules! properties {
     (
         $group:literal, $source:literal;
         $( $name:ident |$d:ident| $call:expr => $claim:literal;
-            $(every $side:literal)? $(random $cases:literal)?
-            $(kani $half:literal unwind $unwind:literal $solver:ident)?; )+
+            $(every $side:literal)? $(random $cases:literal)?; )+
     ) => {
         /// The properties of this file.
         pub const ALL: &[crate::property::Property] = &[ $( crate::property::Property {
@@ -177,9 +163,6 @@ macro_rules! properties {
                 crate::property::drawn!($d, $call, crate::draw::Chance) as fn(&mut crate::draw::Chance)
             ))?]),
             bytes: crate::property::drawn!($d, $call, crate::draw::Bytes),
-            kani: crate::property::first(&[$(
-                crate::property::Harness { half: $half, unwind: $unwind, solver: stringify!($solver) }
-            )?]),
         } ),+ ];
 
         #[cfg(test)]
@@ -188,19 +171,6 @@ macro_rules! properties {
                 let named = super::ALL.iter().find(|each| each.name == stringify!($name));
                 named.expect("it is listed").check();
             } )+
-        }
-
-        #[cfg(kani)]
-        mod harnesses {
-            $( $( mod $name {
-                use super::super::*;
-                #[cfg_attr(not(kani_shim), kani::proof, kani::unwind($unwind), kani::solver($solver))]
-                #[cfg_attr(kani_shim, expect(dead_code, reason = "only Kani calls harnesses"))]
-                fn holds() {
-                    let cases = &mut crate::draw::KaniCases;
-                    crate::property::drawn!($d, $call, crate::draw::KaniCases<$half>)(cases);
-                }
-            } )? )+
         }
     };
 }

@@ -10,7 +10,7 @@ use crate::faults::results::FaultFate;
 use crate::faults::{self, FaultEngine, SeededFault};
 use crate::property::{Property, PropertyOutcome, Ran};
 use crate::smt::results::{self, TheoremRow};
-use crate::{properties, worlds};
+use crate::{model_check, properties, worlds};
 
 /// Checks without drawn inputs: the check, the code, and where the check is.
 const BESIDE: [(&str, &str, &str); 8] = [
@@ -85,6 +85,7 @@ pub fn write(page: &Path, theorems: &Path) -> io::Result<bool> {
     let mut fill = |text: &mut String| -> Result<(), std::fmt::Error> {
         properties_of(text, &mut failed)?;
         solved(text, &solved_by, &mut failed)?;
+        model_checked(text)?;
         explored(text, &mut failed)?;
         seeded(text)?;
         writeln!(text, "\n## Other checks\n\n| check | code | where |\n|---|---|---|")?;
@@ -131,17 +132,13 @@ fn grouped(number: u64) -> String {
 
 fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
     let all = properties::all();
-    let harnesses = all.iter().filter(|property| property.kani.is_some()).count();
     writeln!(
         text,
-        "## Properties\n\n{} properties. {harnesses} of them have a Kani harness (**not run here**, only \
-         type-checked: its bounds are untested).\n\n\
+        "## Properties\n\n{} properties.\n\n\
          - *Every*: every case whose points lie on a lattice of n × n points. Predicates run at narrow width.\n\
          - *Random*: cases from a fixed seed, at the width that ships. ± is the largest magnitude drawn; 2^29 is the \
          whole lattice.\n\
-         - *Premise met in*: the cases that meet the property's premise. The other cases prove nothing.\n\
-         - *Kani*: points lie within so many units of the origin. Other numbers lie in the property's own range. \
-         *Unwind* limits the iterations of loops.\n\n\
+         - *Premise met in*: the cases that meet the property's premise. The other cases prove nothing.\n\n\
          All properties hold on the machine that wrote this page, in the stated time.",
         all.len()
     )?;
@@ -151,8 +148,7 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
             group = property.group;
             writeln!(
                 text,
-                "\n### {group}: `{}`\n\n| property | claim | every | random | Kani harness |\n\
-                 |---|---|---|---|---|",
+                "\n### {group}: `{}`\n\n| property | claim | every | random |\n|---|---|---|---|",
                 property.source
             )?;
         }
@@ -161,12 +157,41 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
         if [&every, &random].into_iter().flatten().any(|outcome| outcome.ran.is_none()) {
             failed.push(property.name.into());
         }
-        let kani = property
-            .kani
-            .map_or("–".into(), |kani| format!("±{}, unwind {}, {}", kani.half, kani.unwind, kani.solver));
         let every = outcome_cell(every.as_ref(), |side| format!("{0} × {0}", side + 1));
         let random = outcome_cell(random.as_ref(), magnitude);
-        writeln!(text, "| `{}` | {} | {every} | {random} | {kani} |", property.name, property.claim)?;
+        writeln!(text, "| `{}` | {} | {every} | {random} |", property.name, property.claim)?;
+    }
+    Ok(())
+}
+
+/// The answers of the bounded model checker.
+fn model_checked(text: &mut String) -> std::fmt::Result {
+    let (versions, rows) = model_check::results::read();
+    let harnesses = keepout_harnesses::all();
+    writeln!(
+        text,
+        "\n## Bounded model checking\n\n`keepout-proofs model-check` compiles {} harnesses to WebAssembly, with overflow \
+         checks, translates them to C, and gives each to CBMC ({versions}). The answer covers all inputs within the \
+         bounds at once. *Unwind* is the number of rounds of each loop; CBMC shows that no loop needs more. The \
+         solver needed so many *variables*; 0 where simplification was enough. Before each run it must refute {} false \
+         statements.\n\n\
+         | harness | claim | code | bounds | unwind | variables | time |\n|---|---|---|---|---|---|---|",
+        harnesses.len(),
+        keepout_harnesses::canaries().len(),
+    )?;
+    for harness in harnesses {
+        let Some(row) = rows.iter().find(|row| row.name == harness.name) else { continue };
+        writeln!(
+            text,
+            "| `{}` | {} | `{}` | {} | {} | {} | {:.1} s |",
+            harness.name,
+            harness.claim,
+            harness.file,
+            harness.bounds,
+            harness.unwind,
+            grouped(row.variables),
+            row.seconds,
+        )?;
     }
     Ok(())
 }
@@ -304,9 +329,9 @@ fn seeded(text: &mut String) -> std::fmt::Result {
         "\n## Seeded faults\n\nThe catalogue `faults.toml` has {} faults. Each goes into a copy of the \
          tree, and somebody must notice it. {} are for the properties, soaks and worlds: {} were noticed, {} \
          survived, {} are equivalent, {} were not decided in ten minutes, {} were not run. {} of these must be \
-         noticed by the hostile simulation, too. {} more are for the fuzz targets (`cargo run -p keepout-fuzz \
-         --example seeded`), and are not listed here.\n\n\
-         | fault | file | properties and worlds | hostile simulation |\n|---|---|---|---|",
+         noticed by the hostile simulation, too. {} are for ordinary tests. {} more are for the fuzz targets (`cargo \
+         run -p keepout-fuzz --example seeded`), and are not listed here.\n\n\
+         | fault | file | properties, worlds and tests | hostile simulation |\n|---|---|---|---|",
         catalogue.len(),
         of(FaultEngine::Proofs).count(),
         count("noticed"),
@@ -315,10 +340,12 @@ fn seeded(text: &mut String) -> std::fmt::Result {
         count("undecided"),
         count("not run"),
         of(FaultEngine::Hostile).count(),
+        of(FaultEngine::Tests).count(),
         of(FaultEngine::Fuzz).count(),
     )?;
-    for fault in of(FaultEngine::Proofs) {
-        let proofs = fate(fault, FaultEngine::Proofs);
+    for fault in catalogue.iter().filter(|fault| !fault.engines().contains(&FaultEngine::Fuzz)) {
+        let tested = fault.engines().contains(&FaultEngine::Tests);
+        let proofs = fate(fault, if tested { FaultEngine::Tests } else { FaultEngine::Proofs });
         let why = fault.equivalent.as_deref().filter(|_| proofs == equivalent);
         let proofs = why.map_or(proofs.clone(), |why| format!("{proofs}: {why}"));
         let hostile = if fault.engines().contains(&FaultEngine::Hostile) {

@@ -36,6 +36,8 @@ pub struct SeededFault {
     pub hostile: Option<Vec<String>>,
     /// A fuzz target must notice it.
     pub fuzz: Option<Fuzz>,
+    /// Tests must notice it, instead of properties and worlds: the arguments of `cargo test` that choose them.
+    pub tests: Option<Vec<String>>,
 }
 
 /// One replacement of text in a file.
@@ -69,6 +71,8 @@ pub enum FaultEngine {
     Hostile,
     /// A fuzz target.
     Fuzz,
+    /// Ordinary tests.
+    Tests,
 }
 
 impl FaultEngine {
@@ -79,6 +83,7 @@ impl FaultEngine {
             Self::Proofs => "proofs",
             Self::Hostile => "hostile",
             Self::Fuzz => "fuzz",
+            Self::Tests => "tests",
         }
     }
 }
@@ -99,10 +104,11 @@ impl SeededFault {
     /// Who must notice it.
     #[must_use]
     pub fn engines(&self) -> Vec<FaultEngine> {
-        match (&self.fuzz, &self.hostile) {
-            (Some(_), _) => vec![FaultEngine::Fuzz],
-            (None, Some(_)) => vec![FaultEngine::Proofs, FaultEngine::Hostile],
-            (None, None) => vec![FaultEngine::Proofs],
+        match (&self.fuzz, &self.tests, &self.hostile) {
+            (Some(_), _, _) => vec![FaultEngine::Fuzz],
+            (None, Some(_), _) => vec![FaultEngine::Tests],
+            (None, None, Some(_)) => vec![FaultEngine::Proofs, FaultEngine::Hostile],
+            (None, None, None) => vec![FaultEngine::Proofs],
         }
     }
 

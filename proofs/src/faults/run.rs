@@ -54,6 +54,7 @@ impl Workshop<'_> {
                 let begin = Instant::now();
                 let fate = match engine {
                     FaultEngine::Hostile => self.hostile(fault, number)?,
+                    FaultEngine::Tests => self.tests(fault)?,
                     _ if fault.is_switched() => self.check(&mut self.switched_check(number), fault)?,
                     _ => self.check_alone(fault)?,
                 };
@@ -137,6 +138,28 @@ impl Workshop<'_> {
         let mut command = Command::new("timeout");
         command.arg(CHECK_S.to_string()).arg(self.folder.join("target/debug/check"));
         self.check(&mut command, fault)
+    }
+
+    /// Runs the chosen tests in a copy with the fault, up to the first that fails.
+    fn tests(&self, fault: &SeededFault) -> io::Result<FaultFate> {
+        let tree = self.folder.join("alone");
+        tree::seed_one(&tree, fault)?;
+        let mut command = Command::new("timeout");
+        command
+            .arg(CHECK_S.to_string())
+            .args(["cargo", "test", "--quiet"])
+            .args(fault.tests.iter().flatten());
+        command.current_dir(&tree).env("CARGO_TARGET_DIR", self.folder.join("target"));
+        command.env("CARGO_INCREMENTAL", "1").env("CARGO_PROFILE_TEST_DEBUG", "none");
+        let ran = command.env("RUSTFLAGS", "--cap-lints allow").output()?;
+        let text = String::from_utf8_lossy(&ran.stdout);
+        let failed = text.lines().find_map(|line| line.strip_prefix("---- ")?.strip_suffix(" stdout ----"));
+        Ok(match (ran.status.code(), failed) {
+            (Some(0), _) => FaultFate::Survived,
+            (Some(TIMED_OUT), _) => FaultFate::Undecided,
+            (_, Some(name)) => FaultFate::Noticed(name.into()),
+            (_, None) => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
+        })
     }
 
     /// Runs `check` over the groups that can see the fault.

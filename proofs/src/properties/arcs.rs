@@ -21,7 +21,7 @@ properties! {
     }
         => "an arc is accepted exactly when its ends differ, its radius is in range and its end lies \
             between ρ − 1 and ρ + 2 from the centre";
-        random 200_000 kani 3 unwind 40 cadical;
+        random 200_000;
     chords_leave_their_arc_by_no_more_than_the_slack |d| {
         let [from, middle, to] = around(d);
         chords_leave_their_arc_by_no_more_than_the_slack(from, middle, to, d.coin())
@@ -35,7 +35,7 @@ properties! {
     }
         => "a chain is accepted exactly when it begins and ends with the arc, and each chord ends on the \
             circle, leads forward and is no longer than ρ";
-        random 200_000 kani 3 unwind 40 kissat;
+        random 200_000;
     what_is_clear_of_a_swept_arc_is_clear_of_its_ring |d| {
         let ([from, to], chord) = (around(d), [near(d), near(d)]);
         let far = chord.map(|p| square(p).isqrt()).into_iter().fold(0, i64::max);
@@ -49,7 +49,7 @@ properties! {
         weights_and_counts_are_checked(d.int(0, 20), d.int(0, 20), (1 << d.int(0, 41)) + d.int(-1, 1))
         => "control points and weights make a curve exactly when there are 2 to 16 of each and the \
             weights are in range";
-        random 20_000 kani 3 unwind 22 cadical;
+        random 20_000;
     what_follows_a_line_is_within_the_slack |d|
         what_follows_a_line_is_within_the_slack(
             [small(d), small(d), small(d)],

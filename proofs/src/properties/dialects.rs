@@ -21,7 +21,7 @@ properties! {
     }
         => "decoding takes every string of two bytes after each beginning of an exchange, in each \
             dialect: no panic, bounded output";
-        every 1 random 20_000 kani 2 unwind 90 cadical;
+        every 1 random 20_000;
     strings_of_telling_bytes_are_decoded |d| {
         let (which, begin) = (d.one_of(DIALECTS), d.one_of(BEGINNINGS.len()));
         let bytes: Vec<u8> = (0..3).map(|_| TELLING[d.one_of(TELLING.len())]).collect();
@@ -44,7 +44,7 @@ properties! {
         only_ok_accepts(&bytes)
     }
         => "GRBL: a line counts as an acknowledgement exactly when its text is `ok`";
-        every 1 random 5_000 kani 2 unwind 40 cadical;
+        every 1 random 5_000;
     answer_to_a_spindle_switch_accepts_no_motion |d| {
         let between: Vec<&[u8]> = (0..d.one_of(4)).map(|_| BETWEEN[d.one_of(BETWEEN.len())]).collect();
         answer_to_a_spindle_switch_accepts_no_motion(d.one_of(2) == 1, &between)

@@ -27,7 +27,7 @@ properties! {
     }
         => "the hull of a set holds a point exactly when some triangle of the set does; its corners \
             belong to the set and turn left";
-        every 2 random 20_000 kani 2 unwind 16 kissat;
+        every 2 random 20_000;
     large_hulls_hold_their_points_and_no_others |d| {
         let set = crowd(d);
         hull_holds_its_points_and_no_others(&set, crowd(d)[0])
@@ -36,14 +36,14 @@ properties! {
         random 20_000;
     hulls_of_more_than_fourteen_are_none |d| hulls_of_more_than_fourteen_are_none(d.one_of(30))
         => "a set with more points than the guard keeps has no hull, and neither has an empty set";
-        every 1 kani 2 unwind 32 cadical;
+        every 1;
     nearest_of_a_hull_is_nearest |d| {
         let set: Vec<Xy> = (0..3).map(|_| d.point()).collect();
         let probe = d.point();
         nearest_of_a_hull_is_nearest(&set, probe, d.point())
     }
         => "the reported nearest point is in the hull, and no point of the hull is nearer, both to a unit";
-        every 2 random 40_000 kani 2 unwind 16 kissat;
+        every 2 random 40_000;
     admitted_jogs_keep_the_hull_clear |d| {
         let targets: Vec<Xy> = (0..6).map(|_| field(d)).collect();
         admitted_jogs_keep_the_hull_clear(field(d), &targets, d.coin())

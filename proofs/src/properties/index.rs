@@ -24,7 +24,7 @@ properties! {
     }
         => "proposed boxes may be arbitrary: if the check accepts them, a search visits every edge whose \
             box meets the window, once and in order";
-        every 1 random 60_000 kani 2 unwind 12 cadical;
+        every 1 random 60_000;
     disturbed_indices_are_refused_or_overlook_nothing |d| {
         let count = 1 + d.one_of(90);
         let edges = edges(d, count);
@@ -54,7 +54,7 @@ properties! {
         boxes_of_a_node_meet_as_windows_do(&boxes[..lanes], window(d))
     }
         => "a node of eight boxes answers as its boxes do one by one; an empty lane meets no window";
-        random 60_000 kani 2 unwind 10 cadical;
+        random 60_000;
     queries_are_those_over_all_edges |d| {
         let count = 1 + d.one_of(60);
         let edges = edges(d, count);
@@ -68,7 +68,7 @@ properties! {
         queries_are_those_over_all_edges(&edges, [d.point(), d.point(), d.point()], d.radius())
     }
         => "the same for every single edge";
-        every 1 random 1_000 kani 2 unwind 12 kissat;
+        every 1 random 1_000;
     long_motions_skip_only_what_is_beside |d| {
         let count = 1 + d.one_of(60);
         let edges = edges(d, count);
@@ -78,7 +78,7 @@ properties! {
         random 30_000;
     claims_survive_packing |d| claims_survive_packing(d.one_of(5), d.int(0, i64::from(u32::MAX)))
         => "a claim packed into 32 bits is read back unchanged, or as open when its number does not fit";
-        random 50_000 kani 2 unwind 2 cadical;
+        random 50_000;
     cells_answer_as_the_index |d| {
         let count = 1 + d.one_of(12);
         let edges = edges(d, count);

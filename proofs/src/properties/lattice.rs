@@ -14,29 +14,29 @@ properties! {
     "lattice", "kernel/src/exact/lattice.rs, segment.rs";
     coordinates_are_those_within_the_bound |d| coordinates_are_those_within_the_bound(any(d))
         => "a coordinate or a length accepts exactly the numbers within its bound, and keeps the number";
-        random 200_000 kani 4 unwind 8 cadical;
+        random 200_000;
     points_move_by_vectors_or_say_so |d| points_move_by_vectors_or_say_so(d.point(), (any(d), any(d)))
         => "a moved point lies at the end of the vector; an end off the lattice is an error";
-        random 200_000 kani 8 unwind 8 cadical;
+        random 200_000;
     differences_are_exact |d| differences_are_exact(d.point(), d.point())
         => "the difference of two points leads from one to the other; its square is the square of their \
             distance";
-        every 5 random 200_000 kani 8 unwind 8 cadical;
+        every 5 random 200_000;
     sums_of_lengths_are_exact_or_errors |d| sums_of_lengths_are_exact_or_errors(any(d), any(d))
         => "the sum of two lengths is exact or an error; the saturating sum ends at the largest length";
-        random 200_000 kani 4 unwind 8 cadical;
+        random 200_000;
     small_lengths_are_what_they_say |d| small_lengths_are_what_they_say(d.int(0, 255))
         => "lengths for constants have the stated number of units, or of millimetres";
-        every 1 random 1_000 kani 4 unwind 8 cadical;
+        every 1 random 1_000;
     grown_windows_hold_what_is_within_reach |d|
         grown_windows_hold_what_is_within_reach([d.point(), d.point()], d.point(), d.radius())
         => "a window grown by r holds exactly the points within r of it in both coordinates";
-        every 2 random 100_000 kani 8 unwind 8 cadical;
+        every 2 random 100_000;
     windows_meet_when_they_share_a_point |d|
         windows_meet_when_they_share_a_point([d.point(), d.point()], [d.point(), d.point()], d.point())
         => "windows meet exactly when their common part is not empty; union, common and contains agree \
             with sets of points";
-        every 1 random 100_000 kani 8 unwind 8 cadical;
+        every 1 random 100_000;
     grown_windows_meet_whenever_shapes_are_near |d| {
         let p = d.point();
         grown_windows_meet_whenever_shapes_are_near(
@@ -46,7 +46,7 @@ properties! {
         )
     }
         => "pruning: segments within r of each other have boxes that meet when one is grown by r";
-        every 2 random 100_000 kani 4 unwind 8 kissat;
+        every 2 random 100_000;
     window_near_segment_is_of_its_part_on_the_lattice |d|
         window_near_segment_is_of_its_part_on_the_lattice(
             [(any(d), any(d)), (any(d), any(d))],
@@ -55,20 +55,20 @@ properties! {
         )
         => "a window, also one that leaves the lattice, is near a segment exactly when its part on the \
             lattice is near";
-        random 60_000 kani 4 unwind 8 kissat;
+        random 60_000;
     within_reach_is_every_point |d|
         within_reach_is_every_point([d.point(), d.point()], [d.point(), d.point()], d.point(), d.radius())
         => "a window is within reach of a segment exactly when its four corners are; then all its points \
             are";
-        every 1 random 100_000 kani 4 unwind 8 kissat;
+        every 1 random 100_000;
     touching_is_a_distance_of_nothing |d|
         touching_is_a_distance_of_nothing([d.point(), d.point()], [d.point(), d.point()])
         => "segments touch exactly when they share a point";
-        every 3 random 100_000 kani 5 unwind 8 cadical;
+        every 3 random 100_000;
     ahead_is_the_projection |d| ahead_is_the_projection(d.point(), d.point(), d.point(), d.int(0, 127))
         => "a point is ahead exactly when its projection on the direction exceeds the given number of \
             units";
-        random 200_000 kani 6 unwind 8 cadical;
+        random 200_000;
 }
 
 /// Any number: of up to 64 bits, or near the bounds.

@@ -23,7 +23,7 @@ properties! {
         }
         => "a point is free exactly when it is farther than the threshold from every edge, on the free \
             side and in no keep-out zone";
-        random 40_000 kani 2 unwind 12 kissat;
+        random 40_000;
     clear_motions_and_fans_stay_free |d|
         if let Some(part) = part(d) {
             clear_motions_and_fans_stay_free(
@@ -37,7 +37,7 @@ properties! {
         }
         => "every point of an accepted motion or swept triangle from free points is free, at the same \
             threshold";
-        random 40_000 kani 2 unwind 12 kissat;
+        random 40_000;
     ways_out_come_nearer_to_nothing |d|
         if let Some(part) = part(d) {
             ways_out_come_nearer_to_nothing(&part, [d.point(), d.point()], d.radius(), d.int(0, 16))

@@ -14,33 +14,33 @@ properties! {
     orientation_is_the_sign_of_the_area |d|
         orientation_is_the_sign_of_the_area::<D::Width>(d.point(), d.point(), d.point())
         => "orientation is the sign of the area; a swap changes the sign, a rotation does not";
-        every 5 random 300_000 kani 8 unwind 8 cadical;
+        every 5 random 300_000;
     point_point_is_exact |d| {
         let (p, q) = (d.point(), d.point());
         point_point_is_exact::<D::Width>(p, q, d.threshold(p, q))
     }
         => "point–point: near exactly when the distance is r or less";
-        every 6 random 200_000 kani 8 unwind 8 cadical;
+        every 6 random 200_000;
     point_segment_is_exact |d| {
         let (p, a) = (d.point(), d.point());
         point_segment_is_exact::<D::Width>(p, a, d.point(), d.threshold(p, a))
     }
         => "point–segment: near exactly when some point of the segment is within r";
-        every 4 random 200_000 kani 4 unwind 8 cadical;
+        every 4 random 200_000;
     segment_segment_is_exact |d| {
         let (a, c) = (d.point(), d.point());
         segment_segment_is_exact::<D::Width>(a, d.point(), c, d.point(), d.threshold(a, c))
     }
         => "segment–segment: near exactly when a point of one is within r of a point of the other; the \
             order of the segments does not matter";
-        every 3 random 200_000 kani 4 unwind 8 kissat;
+        every 3 random 200_000;
     triangle_segment_is_exact |d| {
         let (a, e) = (d.point(), d.point());
         triangle_segment_is_exact::<D::Width>([a, d.point(), d.point()], e, d.point(), d.threshold(a, e))
     }
         => "triangle–segment: near exactly when some point of the filled triangle is within r of the \
             segment";
-        every 2 random 200_000 kani 3 unwind 8 kissat;
+        every 2 random 200_000;
     convex_segment_is_exact |d| {
         let (a, e) = (d.point(), d.point());
         convex_segment_is_exact::<D::Width>(
@@ -52,21 +52,21 @@ properties! {
     }
         => "polygon–segment: near exactly when some triangle of its corners is; the polygon holds a point \
             exactly when some triangle does";
-        every 1 random 200_000 kani 2 unwind 8 kissat;
+        every 1 random 200_000;
     beyond_is_exact |d| {
         let (a, p) = (d.point(), d.point());
         beyond_is_exact::<D::Width>([a, d.point()], [p, d.point()], d.threshold(a, p))
     }
         => "beyond a line: every point is right of the line, and farther than r from it";
-        every 2 random 200_000 kani 3 unwind 8 kissat;
+        every 2 random 200_000;
     strictly_inside_is_inside_and_on_no_side |d|
         strictly_inside_is_inside_and_on_no_side::<D::Width>(d.point(), [d.point(), d.point(), d.point()])
         => "strictly inside a triangle: inside by the definition, and on no side";
-        every 3 random 100_000 kani 4 unwind 8 cadical;
+        every 3 random 100_000;
     crossing_properly_is_one_point_inside_both |d|
         crossing_properly_is_one_point_inside_both::<D::Width>(d.point(), d.point(), d.point(), d.point())
         => "segments cross properly exactly when they share a point and no end of one is on the other";
-        every 3 random 200_000 kani 5 unwind 8 cadical;
+        every 3 random 200_000;
     fan_covers_every_retargeted_motion |d|
         fan_covers_every_retargeted_motion::<D::Width>(
             [d.point(), d.point(), d.point()],
@@ -77,21 +77,21 @@ properties! {
         )
         => "a segment near a motion from any point of the old motion to the new target is near the swept \
             triangle";
-        every 1 random 100_000 kani 4 unwind 8 kissat;
+        every 1 random 100_000;
     receding_never_comes_nearer |d|
         receding_never_comes_nearer::<D::Width>(d.point(), d.point(), d.point(), d.point())
         => "a motion recedes exactly when no point of it is nearer than its start";
-        every 3 random 200_000 kani 4 unwind 8 kissat;
+        every 3 random 200_000;
     box_segment_is_exact |d| {
         let (p, a) = (d.point(), d.point());
         box_segment_is_exact::<D::Width>(p, d.point(), a, d.point(), d.threshold(p, a))
     }
         => "box–segment and box–point: near exactly when some point of the filled box is within r";
-        every 2 random 100_000 kani 4 unwind 8 kissat;
+        every 2 random 100_000;
     parity_of_a_triangle_is_its_inside |d|
         parity_of_a_triangle_is_its_inside::<D::Width>(d.point(), [d.point(), d.point(), d.point()])
         => "the ray crosses an odd number of a triangle's sides exactly when the point is inside";
-        every 3 random 100_000 kani 5 unwind 8 cadical;
+        every 3 random 100_000;
     a_unit_more_covers_rounding_by_a_unit |d|
         a_unit_more_covers_rounding_by_a_unit::<D::Width>(
             [d.point(), d.point(), d.point()],
@@ -101,7 +101,7 @@ properties! {
         )
         => "points, motions and swept triangles that are clear at r + 2 stay clear at r when each corner \
             moves by a unit in x and in y";
-        random 200_000 kani 2 unwind 8 kissat;
+        random 200_000;
 }
 
 /// Orientation is the sign of the area. A swap changes the sign, a rotation does not.

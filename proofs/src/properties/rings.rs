@@ -19,7 +19,7 @@ properties! {
     }
         => "three or four vertices make a ring exactly when every edge has a length, neighbours meet only \
             in their vertex, and other edges do not meet";
-        every 2 random 30_000 kani 2 unwind 12 kissat;
+        every 2 random 30_000;
     polygons_are_rings_exactly_when_simple |d| {
         let count = d.one_of(9);
         ring_is_believed_exactly_when_simple(&polygon(d, count))
@@ -29,10 +29,10 @@ properties! {
     inside_is_the_winding |d| inside_is_the_winding(&polygon(d, 4), d.point())
         => "the side of a point agrees with the winding number of its ring, also where rays pass through \
             vertices";
-        every 2 random 60_000 kani 2 unwind 12 kissat;
+        every 2 random 60_000;
     area_is_the_shoelace |d| area_is_the_shoelace(&polygon(d, 4))
         => "the doubled area is the shoelace sum; its sign gives the direction";
-        every 2 random 30_000 kani 3 unwind 12 cadical;
+        every 2 random 30_000;
     contacts_are_found_when_there_are_any |d| {
         let count = d.one_of(40);
         contacts_are_found_when_there_are_any(&segments(d, count))
@@ -42,12 +42,12 @@ properties! {
         random 30_000;
     few_contacts_are_found |d| few_contacts_are_found(&segments(d, 3))
         => "among three segments, the search finds a pair that meets exactly when there is one";
-        every 1 random 10_000 kani 2 unwind 12 kissat;
+        every 1 random 10_000;
     regions_are_believed_exactly_when_rings_do_not_touch |d|
         regions_are_believed_exactly_when_rings_do_not_touch([polygon(d, 3), polygon(d, 3)], d.point())
         => "two rings make a region exactly when they do not touch; a point inside an odd number of them \
             is inside";
-        random 60_000 kani 2 unwind 12 kissat;
+        random 60_000;
     depths_count_the_rings_around_each |d| {
         let count = 1 + d.one_of(6);
         depths_count_the_rings_around_each(&squares(d, count))

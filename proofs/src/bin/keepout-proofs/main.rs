@@ -2,6 +2,7 @@
 
 mod explore;
 mod faults;
+mod model_check;
 mod prove;
 mod soak;
 mod write;
@@ -32,6 +33,8 @@ enum Command {
     Soak(soak::Soak),
     /// Put faults into a copy of the trusted core, one at a time; each must be noticed.
     Faults(faults::SeededFaults),
+    /// Give the harnesses to the bounded model checker CBMC: all inputs within stated bounds.
+    ModelCheck(model_check::ModelCheck),
     /// Run all engines except the solvers, and write the assurance table, `proofs/README.md`.
     Table(write::Table),
 }
@@ -42,6 +45,7 @@ fn main() -> ExitCode {
         Command::Explore(explore) => explore.run(),
         Command::Soak(soak) => soak.run(),
         Command::Faults(faults) => faults.run(),
+        Command::ModelCheck(check) => check.run(),
         Command::Table(table) => table.run(),
     }
 }
