@@ -8,7 +8,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use keepout_executor::session::log::{Header, LOG, LogReader};
 use keepout_executor::session::picture_of_log;
-use keepout_executor::session::replay::{Replay, ReplayError, replay_from};
+use keepout_executor::session::replay::{Replay, ReplayError, check_certificates_from, replay_from};
 use keepout_executor::supervisor::PreparedPlan;
 use keepout_planner::plan_file::PLAN_FILE;
 use keepout_planner::{plan_file, sha256, text_file};
@@ -27,6 +27,9 @@ pub struct ReplayArguments {
     plan: Option<PathBuf>,
     #[command(flatten)]
     time: CertifyTime,
+    /// Check each certificate by itself, and the text that was sent for it. The run is not played again.
+    #[arg(long, conflicts_with = "output")]
+    certificates_only: bool,
     /// Draw the run from the log.
     #[arg(short, long, value_name = "FILE.svg")]
     output: Option<PathBuf>,
@@ -38,6 +41,9 @@ pub fn replay(arguments: &ReplayArguments) -> Result<ExitCode, CliError> {
         Some(job) => job.last_log()?,
         None => arguments.log.clone(),
     };
+    if arguments.certificates_only {
+        return check_alone(&log, plan, arguments.time);
+    }
     let played = Played::of(&log, plan, output, arguments.time)?;
     for (name, value) in played.rows() {
         println!("{name:<36} {value}");
@@ -47,6 +53,31 @@ pub fn replay(arguments: &ReplayArguments) -> Result<ExitCode, CliError> {
         println!("{:<36} {}", "picture", output.display());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Checks the certificates of a log, and prints their numbers.
+fn check_alone(log: &Path, plan: Option<&Path>, time: CertifyTime) -> Result<ExitCode, CliError> {
+    let mut reader = open(log)?;
+    let plan = plan.map_or_else(|| find_plan(log, reader.header()), |plan| Ok(plan.to_path_buf()))?;
+    let work = PreparedPlan::new(load(&plan, time)?);
+    let checked = check_certificates_from(&mut reader, &work).map_err(|source| refusal(log, source))?;
+    let texts = checked.texts.map_or("not compared in this language".into(), |texts| texts.to_string());
+    for (name, value) in [
+        ("lines, each matching the one before", reader.lines().to_string()),
+        ("jogs that hold", checked.jogs.to_string()),
+        ("motions of contours that hold", checked.contours.to_string()),
+        ("texts that say the same", texts),
+    ] {
+        println!("{name:<36} {value}");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn refusal(log: &Path, source: ReplayError) -> CliError {
+    match source {
+        ReplayError::Log(error) => CliError::LogRead(error),
+        source => CliError::Replay { path: log.to_path_buf(), source },
+    }
 }
 
 /// A log whose replay agreed with it.
@@ -83,10 +114,7 @@ impl Played {
         reader: &mut LogReader<R>,
         work: PreparedPlan,
     ) -> Result<Self, CliError> {
-        let replay = replay_from(reader, work).map_err(|source| match source {
-            ReplayError::Log(error) => CliError::LogRead(error),
-            source => CliError::Replay { path: log.to_path_buf(), source },
-        })?;
+        let replay = replay_from(reader, work).map_err(|source| refusal(log, source))?;
         Ok(Self {
             header: reader.header().clone(),
             replay,

@@ -56,6 +56,12 @@ fn job_goes_from_a_drawing_to_a_report() {
     assert_eq!(count(&folder.join("logs")), 3);
     let replayed = keepout(&["replay", &job]);
     assert!(code(&replayed) == 0 && printed(&replayed).contains("2 of 3"), "{}", complaint(&replayed));
+    let alone = keepout(&["replay", &job, "--certificates-only"]);
+    assert!(
+        code(&alone) == 0 && printed(&alone).contains("texts that say the same"),
+        "{}",
+        complaint(&alone)
+    );
     assert_eq!(count(&folder), 7, "a resumed run replaces its report: {:?}", fs::read_dir(&folder));
 }
 

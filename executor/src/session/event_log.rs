@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use arrayvec::ArrayVec;
 use keepout_guard::{Certified, Guard, Motion, Time};
-use keepout_kernel::{Curve, Height, Point};
+use keepout_kernel::{Curve, Height, Place, Point};
 use keepout_planner::job::{ContourJob, JobError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -14,7 +14,7 @@ use crate::supervisor::{OperatorCommand, OperatorInput, Phase};
 
 /// An event of a session.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum LoggedEvent<'a> {
     /// The controller sent bytes.
     #[serde(with = "characters")]
@@ -85,7 +85,7 @@ pub const SET_MAX: usize = 16;
 
 /// The facts by which the guard certified a motion, in lattice units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Certificate {
     /// A jog.
     Jog {
@@ -149,6 +149,28 @@ impl Certificate {
             Motion::Contour { curve, heights: [from, to], feed_mm_min } => {
                 Self::Contour { curve, from, to, feed_mm_min }
             }
+        }
+    }
+
+    /// The motion.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        match *self {
+            Self::Jog { to, height, feed_mm_min, .. } => {
+                Motion::Jog { to: to.at_height(height), feed_mm_min }
+            }
+            Self::Contour { curve, from, to, feed_mm_min } => {
+                Motion::Contour { curve, heights: [from, to], feed_mm_min }
+            }
+        }
+    }
+
+    /// The end of the motion.
+    #[must_use]
+    pub fn target(&self) -> Place {
+        match *self {
+            Self::Jog { to, height, .. } => to.at_height(height),
+            Self::Contour { curve, to, .. } => curve.to().at_height(to),
         }
     }
 }

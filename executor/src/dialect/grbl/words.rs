@@ -1,5 +1,6 @@
 //! The words of a motion's target.
 
+use keepout_guard::Motion;
 use keepout_kernel::Place;
 
 use super::{Grbl, apart};
@@ -7,6 +8,19 @@ use crate::dialect::lines::{push_mm, push_number};
 use crate::supervisor::EncodeError;
 
 impl Grbl {
+    /// The text of a motion, for a comparison with a log. Nothing sends it: [`Dialect::encode`] takes certified motions
+    /// only.
+    ///
+    /// [`Dialect::encode`]: crate::dialect::Dialect::encode
+    ///
+    /// # Errors
+    /// [`EncodeError`] as for a certified motion.
+    pub(crate) fn motion_text(&self, motion: &Motion) -> Result<Vec<u8>, EncodeError> {
+        let mut text = Vec::new();
+        self.motion(motion, &mut text)?;
+        Ok(text)
+    }
+
     /// Adds the words of a target, with its height on a machine with three axes.
     pub(super) fn target(&self, to: Place, with_height: bool, out: &mut Vec<u8>) {
         words(out, &[(b'X', to.point.x.units()), (b'Y', to.point.y.units())]);

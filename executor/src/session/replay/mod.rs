@@ -2,93 +2,36 @@
 //!
 //! There are two checks. First, the engine receives the logged inputs, and must give the logged outputs, byte
 //! by byte. Second, a check without the guard tests each certificate against the part: the swept triangles
-//! over the logged in-flight set, or the motion of the contour.
+//! over the logged in-flight set, or the motion of the contour. [`check_certificates`] makes the second check
+//! alone.
 
 mod certificate;
+mod certificates;
+mod error;
+mod motion_texts;
 mod timeline;
 
 use std::collections::VecDeque;
 use std::io::BufRead;
 use std::time::Duration;
 
+use certificate::CertificateRules;
+pub use certificates::{CertificateCheck, check_certificates, check_certificates_from};
+pub use error::ReplayError;
 use keepout_guard::Time;
-use keepout_planner::job::ProgressError;
+use keepout_kernel::Place;
+use keepout_planner::job::Progress;
 use keepout_planner::{plan_file, sha256, text_file};
-use thiserror::Error;
+pub use motion_texts::MotionTextFault;
 pub use timeline::{PhaseTimes, Timeline, TimelineEntry};
 
 use super::engine::Engine;
 use super::event_log::{Certificate, EventLog, EventLogError, LoggedEvent};
-use super::log::{Entry, Header, Log, LogReadError, LogReader};
+use super::log::{Entry, Header, Log, LogReader};
 use super::outcome::{Ending, JobOutcome};
-use crate::dialect::{DialectConfig, DialectName, DialectNameError};
+use crate::dialect::{DialectConfig, DialectName};
 use crate::session::{SessionSetup, TablePlacement};
 use crate::supervisor::{Options, Phase, PreparedPlan, Supervisor};
-
-/// An error that a replay finds in a log.
-#[derive(Debug, Error)]
-pub enum ReplayError {
-    /// The log cannot be read.
-    #[error(transparent)]
-    Log(#[from] LogReadError),
-    /// The log belongs to another plan.
-    #[error(
-        "the log is of another plan: it names {logged}, this one is {given}. Give the plan that was run."
-    )]
-    OtherPlan {
-        /// The plan's hash, as logged.
-        logged: String,
-        /// The hash of the given plan.
-        given: String,
-    },
-    /// The logged progress of earlier sessions does not fit the plan.
-    #[error("line 1 of the log: {0}")]
-    Progress(#[from] ProgressError),
-    /// The plan cannot be encoded for its hash.
-    #[error(transparent)]
-    Plan(#[from] keepout_planner::plan_file::PlanFileError),
-    /// The dialect is not known.
-    #[error(transparent)]
-    DialectName(#[from] DialectNameError),
-    /// The dialect's file has changed.
-    #[error(
-        "the log was written with another text of {file}: it names {logged}, this one is {given}. \
-         Put that file back as it was when the part was cut."
-    )]
-    OtherDialect {
-        /// The file.
-        file: String,
-        /// The hash of its text, as logged.
-        logged: String,
-        /// The hash of its text now.
-        given: String,
-    },
-    /// An output differs from the logged output.
-    #[error(
-        "line {line} of the log, {seconds:.3} s: logged {logged}, played again {played}. \
-         The log was changed, or another version of this program wrote it."
-    )]
-    Differs {
-        /// The line of the log, from 1.
-        line: usize,
-        /// Its time, s.
-        seconds: f64,
-        /// The logged output.
-        logged: String,
-        /// The output of the replay.
-        played: String,
-    },
-    /// A certificate does not hold.
-    #[error("line {line} of the log, {seconds:.3} s: the logged certificate does not hold: {reason}")]
-    NotCertified {
-        /// The line of the log, from 1.
-        line: usize,
-        /// Its time, s.
-        seconds: f64,
-        /// The reason.
-        reason: String,
-    },
-}
 
 /// The result of a replay.
 pub struct Replay {
@@ -205,40 +148,50 @@ fn dialect_of(header: &Header) -> Result<DialectName, ReplayError> {
     Err(ReplayError::OtherDialect { file: shown(&header.dialect), logged: shown(logged), given })
 }
 
+/// The set-up of a log's session on its plan, with this progress of earlier sessions.
+fn setup_of(header: &Header, work: PreparedPlan, progress: Progress) -> Result<SessionSetup, ReplayError> {
+    check_plan(header, &work)?;
+    if work.plan.plan.relief.is_some() && header.z.is_none() {
+        return Err(ReplayError::NoThirdAxis);
+    }
+    let z = header.z.as_ref().map(|z| z.place());
+    let place = TablePlacement { offset: header.offset, travel: header.travel, z };
+    let config = DialectConfig { travel_mm: header.travel_mm, ..place.config(&work.plan.plan.machine) };
+    let options = Options {
+        feed_mm_min: header.feed_mm_min,
+        home: header.home,
+        travel: header.travel,
+        heights: place.heights(),
+        answer_within: Duration::from_millis(header.answer_within_ms),
+        baud: header.baud,
+        progress,
+    };
+    Ok(SessionSetup { work, options, dialect: dialect_of(header)?, config })
+}
+
 struct Player {
     engine: Engine,
     outcome: Outcome,
     counted: Counted,
     timeline: Timeline,
     last_phase: Option<(Phase, Option<String>)>,
+    /// The target of the last certified motion since a start.
+    last: Option<Place>,
     time_limit: bool,
 }
 
 impl Player {
     fn new(header: &Header, work: PreparedPlan) -> Result<Self, ReplayError> {
-        check_plan(header, &work)?;
-        header.progress.check(&work.plan)?;
-        let machine = &work.plan.plan.machine;
-        let z = header.z.as_ref().map(|z| z.place());
-        let place = TablePlacement { offset: header.offset, travel: header.travel, z };
-        let config = DialectConfig { travel_mm: header.travel_mm, ..place.config(machine) };
-        let options = Options {
-            feed_mm_min: header.feed_mm_min,
-            home: header.home,
-            travel: header.travel,
-            heights: place.heights(),
-            answer_within: Duration::from_millis(header.answer_within_ms),
-            baud: header.baud,
-            progress: header.progress.clone(),
-        };
-        let dialect = dialect_of(header)?;
-        let engine = SessionSetup { work, options, dialect, config }.engine();
+        let setup = setup_of(header, work, header.progress.clone())?;
+        header.progress.check(&setup.work.plan)?;
+        let engine = setup.engine();
         Ok(Self {
             timeline: Timeline::of(&engine.supervisor),
             engine,
             outcome: Outcome::default(),
             counted: Counted::default(),
             last_phase: None,
+            last: None,
             time_limit: false,
         })
     }
@@ -300,7 +253,10 @@ impl Player {
                 })?;
                 self.counted.certificates += 1;
             }
-            LoggedEvent::Phase { phase, fault } => self.last_phase = Some((*phase, fault.clone())),
+            LoggedEvent::Phase { phase, fault } => {
+                self.last = self.last.filter(|_| *phase != Phase::Starting);
+                self.last_phase = Some((*phase, fault.clone()));
+            }
             _ => {}
         }
         Ok(())
@@ -325,8 +281,9 @@ impl Player {
         // phase.
         let before = self.last_phase.as_ref().map(|(phase, _)| *phase);
         let retracts = supervisor.phase() == Phase::Escaping || before == Some(Phase::Escaping);
-        let (part, rules) = (supervisor.work().levels(), supervisor.guard().rules());
-        certificate::check(certificate, part, rules, retracts)?;
+        let (levels, rules) = (supervisor.work().levels(), supervisor.guard().rules());
+        CertificateRules { levels, rules, retracts }.check(certificate, self.last)?;
+        self.last = Some(certificate.target());
         if let Certificate::Contour { curve, .. } = certificate {
             self.timeline.sent(curve);
         }
