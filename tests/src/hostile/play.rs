@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use fastrand::Rng;
-use keepout_executor::dialect::DialectConfig;
+use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, LogError, LogWriter};
 use keepout_executor::session::outcome::JobOutcome;
@@ -24,7 +24,8 @@ use keepout_planner::{Mm2, Mm3};
 use keepout_sim::faults::Faults;
 use keepout_sim::monitor::{CollisionMonitor, JoggingRule, Verdict};
 use keepout_sim::{
-    Disturbance, PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings, speaking,
+    Disturbance, DocumentedGrbl, PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings,
+    SimulatedController, speaking,
 };
 
 use super::operator::Hostile;
@@ -375,7 +376,10 @@ fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm3, abilities: Abilitie
         PositioningError::wandering(band, steps, spec.seed)
     }
     .of_three_axes(world.machine.z.as_ref());
-    let controller = speaking(&world.language, settings);
+    let controller: Box<dyn SimulatedController> = match world.language {
+        DialectName::Grbl if spec.second_model => Box::new(DocumentedGrbl::new(settings).homing_in_place()),
+        _ => speaking(&world.language, settings),
+    };
     let there = Faults::new(spec.rates(false, abilities), spec.seed ^ 0x7e0);
     let here = Faults::new(spec.rates(true, abilities), spec.seed ^ 0x4e1);
     // Their budget is for a machine that speeds up no faster.
