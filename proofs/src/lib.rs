@@ -35,9 +35,13 @@ pub mod faults;
 pub mod invariant;
 #[cfg(all(kani, kani_shim))]
 mod kani_shim;
+#[cfg(feature = "guard")]
+pub mod model;
 pub mod oracle;
 pub mod properties;
 pub mod property;
+#[cfg(feature = "guard")]
+pub mod second_controller;
 #[cfg(feature = "solvers")]
 pub mod smt;
 pub mod soak;

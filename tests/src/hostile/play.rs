@@ -377,7 +377,10 @@ fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm3, abilities: Abilitie
     }
     .of_three_axes(world.machine.z.as_ref());
     let controller: Box<dyn SimulatedController> = match world.language {
-        DialectName::Grbl if spec.second_model => Box::new(DocumentedGrbl::new(settings).homing_in_place()),
+        DialectName::Grbl if spec.second_model => {
+            let slowness = [1, 3, 6][Rng::with_seed(spec.seed ^ 0x510e).usize(0..3)];
+            Box::new(DocumentedGrbl::new(settings).homing_in_place().slower(slowness))
+        }
         _ => speaking(&world.language, settings),
     };
     let there = Faults::new(spec.rates(false, abilities), spec.seed ^ 0x7e0);

@@ -50,6 +50,8 @@ use crate::{Quirks, SimSettings};
 #[derive(Clone, Debug)]
 pub struct DocumentedGrbl {
     quirks: Quirks,
+    /// Factor of the times to parse a line and to send a report.
+    slowness: u32,
     homing: Duration,
     /// The place after homing. Without one, the tool stays where it is.
     home: Option<StepPlace>,
@@ -83,6 +85,7 @@ impl DocumentedGrbl {
         let (counted, lost) = if sim.homed { (start, [0; 3]) } else { ([0; 3], start) };
         let mut controller = Self {
             quirks: sim.quirks,
+            slowness: 1,
             homing: sim.homing,
             home: Some(home),
             eeprom,
@@ -110,6 +113,15 @@ impl DocumentedGrbl {
     #[must_use]
     pub fn homing_in_place(mut self) -> Self {
         self.home = None;
+        self
+    }
+
+    /// The same controller, which takes this many times longer to parse a line and to send a report.
+    ///
+    /// The documentation names 1 ms to 5 ms for a line, and 5 ms to 20 ms for a report.
+    #[must_use]
+    pub fn slower(mut self, times: u32) -> Self {
+        self.slowness = times.max(1);
         self
     }
 

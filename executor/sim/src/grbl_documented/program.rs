@@ -144,7 +144,15 @@ impl DocumentedGrbl {
             return false;
         }
         match std::mem::replace(&mut self.program.task, ProgramTask::Executes) {
-            ProgramTask::Parses(_, line) => self.take_line(&line),
+            ProgramTask::Parses(_, line) => {
+                self.take_line(&line);
+                // A motion is planned with its line, before the program notices that another one ended.
+                if matches!(self.program.steps.front(), Some(ProgramStep::Move { .. }))
+                    && !self.is_suspended()
+                {
+                    self.executes();
+                }
+            }
             ProgramTask::Homes(_) => self.ends_homing(),
             _ => {}
         }
@@ -165,7 +173,7 @@ impl DocumentedGrbl {
                 CollectedLine::Text(text) => text.len(),
                 CollectedLine::TooLong => 0,
             };
-            let time = PARSE + PARSE_CHARACTER * u32::try_from(characters).unwrap_or(0);
+            let time = (PARSE + PARSE_CHARACTER * u32::try_from(characters).unwrap_or(0)) * self.slowness;
             self.program.task = ProgramTask::Parses(self.now.after(time), line);
             return true;
         }

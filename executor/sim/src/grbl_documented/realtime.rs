@@ -2,6 +2,8 @@
 //!
 //! Source: `doc/markdown/commands.md`, "Realtime commands".
 
+use std::time::Duration;
+
 use keepout_guard::Time;
 
 use super::DocumentedGrbl;
@@ -58,6 +60,8 @@ impl RealtimeFlags {
     }
 }
 
+/// Time from a query to its report.
+const LATENCY: Duration = Duration::from_millis(2);
 /// Bounds of the overrides of feed and spindle, %.
 const OVERRIDE: (u8, u8) = (10, 200);
 
@@ -65,7 +69,7 @@ impl DocumentedGrbl {
     /// Takes a real-time character. Returns whether the byte is one.
     pub(super) fn take_realtime(&mut self, byte: u8) -> bool {
         match byte {
-            b'?' => self.reports.ask(self.now),
+            b'?' => self.reports.ask(self.now.after(LATENCY * self.slowness)),
             b'!' => self.flags.hold = true,
             b'~' => self.flags.resume = true,
             0x18 => self.reset(),
@@ -191,7 +195,7 @@ impl DocumentedGrbl {
         self.flags.motion_ended = true;
         let delay = self.eeprom.value(1);
         if delay < 255.0 {
-            self.flags.delays_until = self.now.after(std::time::Duration::from_secs_f64(delay / 1e3));
+            self.flags.delays_until = self.now.after(Duration::from_secs_f64(delay / 1e3));
         }
     }
 

@@ -3,7 +3,6 @@
 //! Source: `doc/markdown/interface.md`, "Real-time Status Reports".
 
 use std::fmt::Write as _;
-use std::time::Duration;
 
 use keepout_guard::Time;
 
@@ -13,8 +12,6 @@ use super::modes::{MotionMode, SpindleMode};
 use super::planner::BLOCKS;
 use super::realtime::MachineState;
 
-/// Time from a query to its report.
-const LATENCY: Duration = Duration::from_millis(2);
 /// A report in this many carries the work offset: in motion, and at rest.
 const OFFSET_EVERY: [u8; 2] = [30, 10];
 /// A report in this many carries the overrides: in motion, and at rest.
@@ -37,9 +34,9 @@ impl Default for ReportSchedule {
 }
 
 impl ReportSchedule {
-    /// A query. A second one before the report is ignored.
-    pub fn ask(&mut self, now: Time) {
-        self.due = self.due.min(now.after(LATENCY));
+    /// A query, whose report leaves at this time. A second one before the report is ignored.
+    pub fn ask(&mut self, due: Time) {
+        self.due = self.due.min(due);
     }
 
     /// The time of the next report.
