@@ -122,6 +122,8 @@ pub struct SecondController {
     /// A query waits for its report.
     asked: bool,
     earlier: VecDeque<StatusReport>,
+    /// The line that is being parsed found the planner full.
+    waited: bool,
     /// A cancel discarded the received lines, and can discard the line that is being parsed.
     flushed: bool,
 }
@@ -172,7 +174,11 @@ impl SecondController {
     }
 
     fn says_report(&mut self, report: StatusReport) {
-        self.asked = false;
+        if self.asked {
+            self.asked = false;
+        } else {
+            self.link.pop_front();
+        }
         if self.trouble.lies > 0 {
             self.earlier.push_back(report);
             if self.earlier.len() > REMEMBERED {
@@ -210,7 +216,7 @@ impl SecondController {
 
     fn plans(&mut self) {
         let Some(to) = self.parsed.take() else { return };
-        self.flushed = false;
+        (self.flushed, self.waited) = (false, false);
         if to != self.end() {
             self.planned.push_back(QueuedBlock { to, halves: 0, places: 0 });
             // Jogs start at once, programmed motions wait for a start.
@@ -256,7 +262,9 @@ impl SecondController {
     fn events_of_link(&self, into: &mut Vec<SecondEvent>) {
         let Trouble { lost, doubled, swapped, .. } = self.trouble;
         if let Some(first) = self.link.front() {
-            into.push(SecondEvent::Arrives);
+            // A report that is late shows only beside a later message.
+            let late = *first == Sent::Query && self.link.len() == 1 && !self.asked;
+            into.extend((!late).then_some(SecondEvent::Arrives));
             into.extend((lost > 0).then_some(SecondEvent::Lost));
             into.extend((doubled > 0).then_some(SecondEvent::ArrivesTwice));
             into.extend((swapped > 0 && self.link.len() > 1).then_some(SecondEvent::Swaps));
@@ -268,7 +276,7 @@ impl SecondController {
             into.extend((doubled > 0).then_some(SecondEvent::AnswerTwice));
             into.extend((swapped > 0 && self.answers.len() > 1).then_some(SecondEvent::AnswersSwap));
         }
-        if self.asked {
+        if self.asked || self.link.front() == Some(&Sent::Query) {
             let reach = if self.drive.errs { RESOLUTION } else { 0 };
             let count = if self.drive.errs { usize::MAX } else { 1 };
             let errors = deviations(reach, self.drive.climbs).take(count);
@@ -292,8 +300,16 @@ impl SecondController {
         into.extend(self.flushed.then_some(SecondEvent::Discards));
     }
 
+    /// Whether a line that just arrived comes first. The tool moved before that line arrived, or moves after it is
+    /// planned: nobody can tell the difference. A line that waited for room gets no such order.
+    fn line_first(&self) -> bool {
+        let alone = self.received.len() + usize::from(self.parsed.is_some()) == 1;
+        self.reads_lines() && alone && !self.waited && self.planned.len() < PLANNER
+    }
+
     fn events_of_motion(&self, into: &mut Vec<SecondEvent>) {
         let moves = matches!(self.state, StepState::Moves | StepState::Cancels | StepState::Brakes);
+        let moves = moves && !self.line_first();
         if moves {
             let room = self.prepared.len() < PREPARED;
             into.extend((room && !self.planned.is_empty()).then_some(SecondEvent::Leaves));
@@ -307,7 +323,12 @@ impl SecondController {
         }
         match self.state {
             StepState::Idle => into.extend((!self.planned.is_empty()).then_some(SecondEvent::Starts)),
-            StepState::Moves => into.extend(self.prepared.is_empty().then_some(SecondEvent::Rests)),
+            StepState::Moves => {
+                // A block that was planned at the last moment has not begun.
+                let ended =
+                    self.prepared.is_empty() && self.planned.front().is_none_or(|next| next.places == 0);
+                into.extend(ended.then_some(SecondEvent::Rests));
+            }
             StepState::Cancels if self.drive.strays => {
                 let all = deviations(STRAY, self.drive.climbs);
                 into.extend(all.map(|(dx, dy, dz)| SecondEvent::Stops(dx, dy, dz)));
@@ -384,6 +405,7 @@ impl ControllerModel for SecondController {
             asked: false,
             earlier: VecDeque::new(),
             flushed: false,
+            waited: false,
         }
     }
 
@@ -429,14 +451,17 @@ impl ControllerModel for SecondController {
 
     fn apply(&mut self, event: SecondEvent) -> Vec<Xyz> {
         match event {
-            SecondEvent::Reads => self.parsed = self.received.pop_front(),
+            SecondEvent::Reads => {
+                self.parsed = self.received.pop_front();
+                self.waited = self.planned.len() >= PLANNER || !self.received.is_empty();
+            }
             SecondEvent::Rejects => {
                 self.trouble.refused -= 1;
-                (self.parsed, self.flushed) = (None, false);
+                (self.parsed, self.flushed, self.waited) = (None, false, false);
                 self.answers.push_back(HostMessage::Refused);
             }
             SecondEvent::Plans => self.plans(),
-            SecondEvent::Discards => (self.parsed, self.flushed) = (None, false),
+            SecondEvent::Discards => (self.parsed, self.flushed, self.waited) = (None, false, false),
             SecondEvent::Starts => self.state = StepState::Moves,
             SecondEvent::Leaves => {
                 self.prepared.extend(self.planned.pop_front());

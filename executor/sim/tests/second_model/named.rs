@@ -25,7 +25,7 @@ pub enum NamedDifference {
     /// Both reject the line, with other numbers.
     OtherErrorNumber,
     /// A jog behind a motion of another host: the second model starts that motion later, and still is idle.
-    JogBehindAMotion,
+    JogWhileIdle,
 }
 
 impl NamedDifference {
@@ -46,7 +46,7 @@ impl NamedDifference {
             _ if vocabulary != Vocabulary::OtherHosts => return None,
             ("ok" | "ALARM:2", "error:20" | "error:36") => Self::UnusedWords,
             ("ok", "error:8") => Self::QueriesInMotion,
-            ("error:8", "ok") => Self::JogBehindAMotion,
+            ("error:8", "ok") => Self::JogWhileIdle,
             (first, "ok" | "none") if rejects(first) => Self::NotInTheFirstModel,
             (first, second) if rejects(first) && rejects(second) => Self::OtherErrorNumber,
             _ => return None,

@@ -31,6 +31,8 @@ pub enum Vocabulary {
     HeldMotions,
     /// Motions and jogs with resets.
     Resets,
+    /// Motions and jogs of a machine with three axes.
+    ThreeAxes,
     /// Lines of any other host.
     OtherHosts,
 }
@@ -46,6 +48,7 @@ pub fn script(vocabulary: Vocabulary, seed: u64) -> Vec<Talk> {
             Vocabulary::Motions | Vocabulary::HeldMotions => motion(&mut random),
             Vocabulary::Resets if seed.is_multiple_of(2) => jog(&mut random),
             Vocabulary::Resets => motion(&mut random),
+            Vocabulary::ThreeAxes => three_axes(&mut random),
             Vocabulary::OtherHosts => other(&mut random),
         };
         steps.push(Talk::Line(line));
@@ -120,6 +123,18 @@ fn motion(random: &mut Rng) -> String {
         4 => ["G1G2", "G999", "1", "G1X", "G1X1X2", "X1F-1"][random.usize(0..6)].into(),
         5 => "G80".into(),
         _ => format!("G1G21G54G90G94X{x:.3}Y{y:.3}F{f}"),
+    }
+}
+
+/// A motion or a jog of three axes, one after the other.
+fn three_axes(random: &mut Rng) -> String {
+    let (x, y, f) = (near(random, -162.75, 20.0), near(random, -128.5, 20.0), feed(random));
+    let z = near(random, -10.0, 8.0);
+    match random.u8(0..10) {
+        0 | 1 => format!("G1G21G54G90G94Z{z:.3}F{f}"),
+        2 => format!("G{}G17G21G54G90G94X{x:.3}Y{y:.3}Z{z:.3}R60F{f}", 2 + random.u8(0..2)),
+        3 => "$J=G53G90G21Z5F600".into(),
+        _ => format!("G1G21G54G90G94X{x:.3}Y{y:.3}Z{z:.3}F{f}"),
     }
 }
 
