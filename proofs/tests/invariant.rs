@@ -49,7 +49,8 @@ fn second_model_of_the_controller_keeps_the_invariant() {
 /// The assumptions exclude a line that both repeats and loses. The second model shows the reason.
 #[test]
 fn second_model_finds_a_violation_where_an_assumption_does_not_hold() {
-    let mut world = worlds::all().into_iter().find(|world| world.name == "lines and answers are lost").unwrap();
+    let mut world =
+        worlds::all().into_iter().find(|world| world.name == "lines and answers are lost").unwrap();
     world.trouble.doubled = 1;
     let explored = world.explore_with::<SecondController>(worlds::STATES);
     assert!(explored.violation.is_some(), "{} states", explored.states);

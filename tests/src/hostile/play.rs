@@ -377,10 +377,7 @@ fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm3, abilities: Abilitie
     }
     .of_three_axes(world.machine.z.as_ref());
     let controller: Box<dyn SimulatedController> = match world.language {
-        DialectName::Grbl if spec.second_model => {
-            let slowness = [1, 3, 6][Rng::with_seed(spec.seed ^ 0x510e).usize(0..3)];
-            Box::new(DocumentedGrbl::new(settings).homing_in_place().slower(slowness))
-        }
+        DialectName::Grbl if spec.second_model => second_model(spec, settings),
         _ => speaking(&world.language, settings),
     };
     let there = Faults::new(spec.rates(false, abilities), spec.seed ^ 0x7e0);
@@ -390,6 +387,15 @@ fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm3, abilities: Abilitie
     let servo = (spec.driven && suits).then(ServoConfig::simulated).and_then(Result::ok);
     let drives = servo.and_then(|servo| ServoDrive::new(&servo, start_mm.plane()));
     SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here).driven(drives)
+}
+
+/// The second model. Sessions with faults may have one that leaves steps: it ends a contour with a fault.
+fn second_model(spec: &Spec, settings: SimSettings) -> Box<dyn SimulatedController> {
+    let mut random = Rng::with_seed(spec.seed ^ 0x510e);
+    let slowness = [1, 3, 6][random.usize(0..3)];
+    let model = DocumentedGrbl::new(settings).homing_in_place().slower(slowness);
+    let leaves = random.u8(0..4) == 0 && !spec.faults.is_empty();
+    Box::new(if leaves { model.leaving_steps(spec.seed) } else { model })
 }
 
 fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {

@@ -125,6 +125,14 @@ impl DocumentedGrbl {
         self
     }
 
+    /// The same controller, in which some short motions stop up to three steps before their end. The next motion runs
+    /// these steps. `docs/safety/controllers.md` describes this behaviour of GRBL 1.1h.
+    #[must_use]
+    pub fn leaving_steps(mut self, seed: u64) -> Self {
+        self.motion.leave_steps(seed);
+        self
+    }
+
     /// Says what a start and a reset say. Without an alarm the startup lines follow.
     fn greets(&mut self) {
         if !self.quirks.silent_reset {

@@ -19,6 +19,11 @@ const SEGMENT_S: f64 = 0.01;
 /// A remaining distance that counts as none, mm.
 const NOTHING_MM: f64 = 1e-9;
 
+/// Length of a motion that may stop before its end, mm.
+const SHORT_MM: f64 = 2.0;
+/// Speed of the steps that such a motion left out, mm/s.
+const LEFTOVER_MM_S: f64 = 5.0;
+
 /// A part of a motion with a constant acceleration.
 #[derive(Clone, Debug)]
 struct StepSegment {
@@ -30,6 +35,13 @@ struct StepSegment {
 }
 
 impl StepSegment {
+    /// The steps that a short motion left out.
+    fn of_leftover(block: PlannedMotion, from_mm: f64) -> Self {
+        let end_mm = block.length_mm;
+        let seconds = (end_mm - from_mm) / LEFTOVER_MM_S;
+        Self { block, from_mm, speeds: [LEFTOVER_MM_S; 2], seconds, end_mm }
+    }
+
     fn duration(&self) -> Duration {
         Duration::from_secs_f64(self.seconds).max(Duration::from_micros(1))
     }
@@ -57,6 +69,10 @@ pub(super) struct StepGenerator {
     braking: bool,
     /// Braking has ended: nothing more is prepared.
     braked: bool,
+    /// Decides whether a short motion stops a few steps before its end.
+    random: Option<fastrand::Rng>,
+    /// A motion that stopped so, and the driven distance, mm.
+    leftover: Option<(PlannedMotion, f64)>,
 }
 
 impl StepGenerator {
@@ -69,7 +85,14 @@ impl StepGenerator {
             running: false,
             braking: false,
             braked: false,
+            random: None,
+            leftover: None,
         }
+    }
+
+    /// Lets some short motions stop a few steps before their end. The next motion runs these steps.
+    pub fn leave_steps(&mut self, seed: u64) {
+        self.random = Some(fastrand::Rng::with_seed(seed));
     }
 
     pub fn set_limits(&mut self, limits: AxisLimits) {
@@ -130,6 +153,7 @@ impl StepGenerator {
 
     /// Empties the queue of a tool at rest.
     pub fn empty(&mut self) {
+        self.leftover = None;
         self.planner.empty_at(self.position);
     }
 
@@ -179,16 +203,34 @@ impl StepGenerator {
     fn prepare(&mut self) {
         while self.segments.len() < SEGMENTS && !self.braked {
             let Some(block) = self.planner.blocks.front() else { return };
-            let segment = self.next_segment(block);
+            if let Some((left, from_mm)) = self.leftover.take() {
+                self.segments.push_back(StepSegment::of_leftover(left, from_mm));
+                continue;
+            }
+            let mut segment = self.next_segment(block);
+            let last = self.planner.blocks.len() == 1 && !self.braking && segment.end_mm >= block.length_mm;
             self.planner.speed = segment.speeds[1];
             self.planner.done_mm = segment.end_mm;
             let ends = segment.end_mm >= block.length_mm;
             self.braked = self.braking && segment.speeds[1] <= 0.0;
+            if last && let Some(short_mm) = self.draw_short(&segment) {
+                segment.end_mm -= short_mm;
+                self.leftover = Some((segment.block.clone(), segment.end_mm));
+            }
             self.segments.push_back(segment);
             if ends {
                 self.planner.leave();
             }
         }
+    }
+
+    /// The distance that the last segment of a short motion leaves out, mm, now and then.
+    fn draw_short(&mut self, segment: &StepSegment) -> Option<f64> {
+        let random = self.random.as_mut()?;
+        let leaves = segment.block.length_mm < SHORT_MM && random.u8(0..4) == 0;
+        let step_mm = 1.0 / self.planner.steps_per_mm()[0];
+        let short_mm = f64::from(random.u8(1..=3)) * step_mm;
+        (leaves && short_mm < segment.end_mm - segment.from_mm).then_some(short_mm)
     }
 
     fn next_segment(&self, block: &PlannedMotion) -> StepSegment {
