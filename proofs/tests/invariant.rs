@@ -46,6 +46,16 @@ fn second_model_of_the_controller_keeps_the_invariant() {
     }
 }
 
+/// An open finding: a duplicate that is read and not yet planned is in no buffer, so two reports at rest release its
+/// target. `docs/integrator/second-model.md` says what it takes.
+#[test]
+fn duplicate_that_is_being_parsed_is_an_open_finding() {
+    let all = worlds::all();
+    let world = all.iter().find(|world| world.name == "a line comes twice, and once is refused").unwrap();
+    let violation = world.explore_with::<SecondController>(worlds::STATES).violation.unwrap();
+    assert!(violation.last().unwrap().contains("is outside the set"), "{violation:#?}");
+}
+
 /// The assumptions exclude a line that both repeats and loses. The second model shows the reason.
 #[test]
 fn second_model_finds_a_violation_where_an_assumption_does_not_hold() {

@@ -211,7 +211,7 @@ impl CodesOfLine {
             610 => 10,
             // Probing is not simulated.
             382..=385 => return Err(LineErrorCode::UNSUPPORTED),
-            _ if tenths % 10 != 0 => return Err(LineErrorCode::WHOLE_NUMBER),
+            _ if !tenths.is_multiple_of(10) => return Err(LineErrorCode::WHOLE_NUMBER),
             _ => return Err(LineErrorCode::UNSUPPORTED),
         };
         Ok(group)
@@ -242,7 +242,7 @@ impl CodesOfLine {
                 self.modes.flood = tenths == 80;
                 18
             }
-            _ if tenths % 10 != 0 => return Err(LineErrorCode::WHOLE_NUMBER),
+            _ if !tenths.is_multiple_of(10) => return Err(LineErrorCode::WHOLE_NUMBER),
             _ => return Err(LineErrorCode::UNSUPPORTED),
         };
         Ok(group)

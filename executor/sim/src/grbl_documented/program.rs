@@ -93,7 +93,7 @@ impl DocumentedGrbl {
             if let Some(deadline) = self.program.deadline().filter(|_| !suspended) {
                 next = next.min(deadline);
             }
-            if !self.is_busy() {
+            if !self.keeps_silent() {
                 next = next.min(self.reports.due());
             }
         }
@@ -105,6 +105,11 @@ impl DocumentedGrbl {
         matches!(self.program.task, ProgramTask::Parses(..) | ProgramTask::Writes(_) | ProgramTask::Homes(_))
     }
 
+    /// Whether the program sends no report. It sends reports while it parses a line, which is then in no buffer.
+    fn keeps_silent(&self) -> bool {
+        matches!(self.program.task, ProgramTask::Writes(_) | ProgramTask::Homes(_))
+    }
+
     /// Does everything that can be done at the present time.
     pub(super) fn run(&mut self) {
         while self.does_something() {}
@@ -114,14 +119,14 @@ impl DocumentedGrbl {
         if self.flags.delays_until > self.now || self.flags.critical {
             return false;
         }
+        if self.reports.due() <= self.now && !self.keeps_silent() {
+            self.report();
+            return true;
+        }
         if self.is_busy() {
             return self.ends_task();
         }
         if self.handle_flags() {
-            return true;
-        }
-        if self.reports.due() <= self.now {
-            self.report();
             return true;
         }
         if self.flags.soft_limit && !self.motion.is_running() {

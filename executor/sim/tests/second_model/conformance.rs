@@ -15,7 +15,7 @@ fn recordings(quirks: &Quirks) -> [Recording; 2] {
     let quirks = quirks.clone();
     let bench = SimulatedBench { setup, at: Mm2::new(-200.0, -150.0), baud: 115_200, quirks };
     let second = simulate_with(|settings| Box::new(DocumentedGrbl::new(settings)), &bench, &all);
-    [simulate(&bench, &all).unwrap(), second.unwrap()]
+    [simulate(&bench, &all).expect("the first model plays"), second.expect("the second model plays")]
 }
 
 /// Whether `docs/integrator/second-model.md` lists the difference.

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use keepout_executor::session::{Sample, SampleKind};
+use keepout_executor::session::Sample;
 use keepout_guard::Time;
 use keepout_planner::Mm3;
 use keepout_sim::SimulatedController;
@@ -12,7 +12,7 @@ use keepout_sim::SimulatedController;
 const BYTE: Duration = Duration::from_micros(87);
 
 /// A controller, and what it has said and done.
-pub struct Conversation {
+pub struct DirectConversation {
     controller: Box<dyn SimulatedController>,
     now: Time,
     bytes: Vec<u8>,
@@ -24,7 +24,7 @@ pub struct Conversation {
     pub samples: Vec<Sample>,
 }
 
-impl Conversation {
+impl DirectConversation {
     pub fn with(controller: Box<dyn SimulatedController>) -> Self {
         let mut begun = Self {
             controller,
@@ -120,7 +120,7 @@ impl Conversation {
             let known = self.lines.len();
             self.send(b"?");
             self.wait(Duration::from_millis(40));
-            let report = self.lines[known..].iter().rev().find_map(|(_, line)| Report::of(line));
+            let report = self.lines[known..].iter().rev().find_map(|(_, line)| ReportStart::of(line));
             let Some(report) = report else { return ("silent".into(), [0.0; 3]) };
             let rests =
                 ["Idle", "Alarm", "Hold:0", "Check", "Door:0", "Sleep"].contains(&report.state.as_str());
@@ -143,13 +143,6 @@ impl Conversation {
         }
         path
     }
-
-    /// The kinds of motion, in order.
-    pub fn kinds(&self) -> Vec<SampleKind> {
-        let mut kinds: Vec<SampleKind> = self.samples.iter().map(|sample| sample.kind).collect();
-        kinds.dedup();
-        kinds
-    }
 }
 
 /// Whether a line answers a line of the host.
@@ -158,12 +151,12 @@ pub fn is_answer(line: &str) -> bool {
 }
 
 /// The start of a status report.
-pub struct Report {
+pub struct ReportStart {
     pub state: String,
     pub place: [f64; 3],
 }
 
-impl Report {
+impl ReportStart {
     pub fn of(line: &str) -> Option<Self> {
         let mut fields = line.strip_prefix('<')?.strip_suffix('>')?.split('|');
         let state = fields.next()?.to_owned();

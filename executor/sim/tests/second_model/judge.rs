@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use keepout_planner::Mm3;
 
-use crate::conversation::{Conversation, Report, is_answer};
+use crate::conversation::{DirectConversation, ReportStart, is_answer};
 use crate::script::{Talk, play};
 
 /// What two controllers did differently.
@@ -31,14 +31,14 @@ const EQUAL_MM: f64 = 0.004;
 const PATH_MM: f64 = 0.012;
 
 /// One conversation, and how it ended.
-pub struct Played {
-    pub talk: Conversation,
+pub struct PlayedScript {
+    pub talk: DirectConversation,
     state: String,
     place: [f64; 3],
 }
 
-impl Played {
-    pub fn new(mut talk: Conversation, script: &[Talk]) -> Self {
+impl PlayedScript {
+    pub fn new(mut talk: DirectConversation, script: &[Talk]) -> Self {
         play(&mut talk, script);
         talk.await_open(0, Duration::from_secs(20));
         let (state, place) = talk.rest();
@@ -81,13 +81,18 @@ impl Played {
     }
 
     fn states(&self) -> Vec<String> {
-        self.talk.lines.iter().filter_map(|(_, line)| Report::of(line)).map(|report| report.state).collect()
+        self.talk
+            .lines
+            .iter()
+            .filter_map(|(_, line)| ReportStart::of(line))
+            .map(|report| report.state)
+            .collect()
     }
 }
 
 /// Compares two conversations. After a cancel, a hold in a jog or a reset in motion, the places may differ: the
 /// models brake at other times.
-pub fn differences(first: &Played, second: &Played, places: bool) -> Vec<Differs> {
+pub fn differences(first: &PlayedScript, second: &PlayedScript, places: bool) -> Vec<Differs> {
     let mut found = Vec::new();
     let (ours, theirs) = (first.answers(), second.answers());
     if ours != theirs {

@@ -9,8 +9,8 @@ mod script;
 
 use std::collections::BTreeMap;
 
-use conversation::Conversation;
-use judge::{Played, differences};
+use conversation::DirectConversation;
+use judge::{PlayedScript, differences};
 use keepout_planner::Mm3;
 use keepout_planner::machine::MachineProfile;
 use keepout_sim::{DocumentedGrbl, GrblSim, SimSettings};
@@ -29,10 +29,10 @@ fn settings(vocabulary: Vocabulary) -> SimSettings {
     SimSettings::of(machine, Mm3::new(-200.0, -150.0, z))
 }
 
-fn both(script: &[Talk], vocabulary: Vocabulary) -> [Played; 2] {
-    let first = Conversation::with(Box::new(GrblSim::new(settings(vocabulary))));
-    let second = Conversation::with(Box::new(DocumentedGrbl::new(settings(vocabulary))));
-    [first, second].map(|talk| Played::new(talk, script))
+fn both(script: &[Talk], vocabulary: Vocabulary) -> [PlayedScript; 2] {
+    let first = DirectConversation::with(Box::new(GrblSim::new(settings(vocabulary))));
+    let second = DirectConversation::with(Box::new(DocumentedGrbl::new(settings(vocabulary))));
+    [first, second].map(|talk| PlayedScript::new(talk, script))
 }
 
 /// Plays the conversations of a vocabulary, and returns the number of each named difference.

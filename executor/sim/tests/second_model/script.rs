@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use fastrand::Rng;
 
-use crate::conversation::Conversation;
+use crate::conversation::DirectConversation;
 
 /// Time in which every hold and every cancel ends.
 const STILL: Duration = Duration::from_millis(500);
@@ -181,7 +181,7 @@ const WITHIN: Duration = Duration::from_secs(20);
 const OPEN_BYTES: usize = 120;
 
 /// Plays a script.
-pub fn play(talk: &mut Conversation, script: &[Talk]) {
+pub fn play(talk: &mut DirectConversation, script: &[Talk]) {
     for step in script {
         match step {
             Talk::Wait(span) => talk.wait(*span),
