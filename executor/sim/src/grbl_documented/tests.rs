@@ -99,7 +99,7 @@ fn programmed_motions_start_when_no_line_waits() {
     desk.send("G1X-150F600\nG1X-151\nG1X-152\n?");
     // The controller states that it is idle, although a motion is planned.
     let report = desk.after(4);
-    assert!(report.contains("<Idle|") && report.contains("|Bf:12,"), "{report}");
+    assert!(report.contains("<Idle|") && report.contains("|Bf:13,"), "{report}");
     assert!(desk.report().contains("<Run|"));
 }
 
