@@ -395,7 +395,9 @@ fn second_model(spec: &Spec, settings: SimSettings) -> Box<dyn SimulatedControll
     let slowness = [1, 3, 6][random.usize(0..3)];
     let model = DocumentedGrbl::new(settings).homing_in_place().slower(slowness);
     let leaves = random.u8(0..4) == 0 && !spec.faults.is_empty();
-    Box::new(if leaves { model.leaving_steps(spec.seed) } else { model })
+    let model = if leaves { model.leaving_steps(spec.seed) } else { model };
+    let late = spec.suffers(HostileFault::Doubling) && random.bool();
+    Box::new(if late { model.repeating_late(spec.seed) } else { model })
 }
 
 fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {

@@ -83,6 +83,12 @@ impl DocumentedGrbl {
         if !matches!(self.state, MachineState::Idle | MachineState::Jog) {
             return Err(LineErrorCode::NOT_IDLE);
         }
+        if let Some(late) = &mut self.late {
+            let line = [b"$J", rest].concat();
+            if late.rejects(&line, self.now) {
+                return Err(LineErrorCode::NOT_IDLE);
+            }
+        }
         match rest {
             [b'=', line @ ..] => self.parser.jog(line, &self.eeprom),
             _ => Err(LineErrorCode::JOG),

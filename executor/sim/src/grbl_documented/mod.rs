@@ -12,6 +12,7 @@
 mod arc;
 mod axes;
 mod command;
+mod late_copies;
 mod modes;
 mod parser;
 mod planner;
@@ -32,6 +33,7 @@ use keepout_guard::Time;
 use keepout_planner::Mm3;
 
 use self::axes::{StepPlace, to_mm, to_steps, triple};
+use self::late_copies::LateCopies;
 use self::parser::GcodeParser;
 use self::planner::AxisLimits;
 use self::program::ProgramTasks;
@@ -52,6 +54,7 @@ pub struct DocumentedGrbl {
     quirks: Quirks,
     /// Factor of the times to parse a line and to send a report.
     slowness: u32,
+    late: Option<LateCopies>,
     homing: Duration,
     /// The place after homing. Without one, the tool stays where it is.
     home: Option<StepPlace>,
@@ -86,6 +89,7 @@ impl DocumentedGrbl {
         let mut controller = Self {
             quirks: sim.quirks,
             slowness: 1,
+            late: None,
             homing: sim.homing,
             home: Some(home),
             eeprom,
@@ -133,6 +137,37 @@ impl DocumentedGrbl {
         self
     }
 
+    /// The same controller, which rejects some jogs with `error:8`, and receives them again 1 ms to 200 ms later.
+    #[must_use]
+    pub fn repeating_late(mut self, seed: u64) -> Self {
+        self.late = Some(LateCopies::of(seed));
+        self
+    }
+
+    /// Receives a late copy of a line, or the next byte from behind it.
+    fn receive_copy(&mut self) {
+        let Some(late) = self.late.as_mut().filter(|late| late.due() <= self.now) else { return };
+        if let Some(line) = late.take(self.now) {
+            line.into_iter().chain(*b"\n").for_each(|byte| self.serial.put(byte));
+        } else if let Some(byte) = late.next_byte(self.now) {
+            self.receive_now(byte);
+        }
+    }
+
+    fn receive_now(&mut self, byte: u8) {
+        if self.is_deaf() {
+            return;
+        }
+        if self.take_realtime(byte) || byte >= 0x80 {
+            self.run();
+            return;
+        }
+        self.serial.put(byte);
+        if matches!(byte, b'\n' | b'\r') {
+            self.run();
+        }
+    }
+
     /// Says what a start and a reset say. Without an alarm the startup lines follow.
     fn greets(&mut self) {
         if !self.quirks.silent_reset {
@@ -177,22 +212,15 @@ impl DocumentedGrbl {
     /// The time of the next event inside the controller.
     fn next_inside(&self) -> Time {
         let segment = self.motion.segment_end().unwrap_or(Time::NEVER);
-        segment.min(self.next_of_program())
+        let copy = self.late.as_ref().map_or(Time::NEVER, LateCopies::due);
+        segment.min(copy).min(self.next_of_program())
     }
 }
 
 impl SimulatedController for DocumentedGrbl {
     fn receive(&mut self, byte: u8) {
-        if self.is_deaf() {
-            return;
-        }
-        if self.take_realtime(byte) || byte >= 0x80 {
-            self.run();
-            return;
-        }
-        self.serial.put(byte);
-        if matches!(byte, b'\n' | b'\r') {
-            self.run();
+        if !self.late.as_mut().is_some_and(|late| late.holds(byte)) {
+            self.receive_now(byte);
         }
     }
 
@@ -215,6 +243,7 @@ impl SimulatedController for DocumentedGrbl {
                     self.comes_to_rest();
                 }
             }
+            self.receive_copy();
             self.run();
         }
         self.now = self.now.max(now);

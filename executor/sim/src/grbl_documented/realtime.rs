@@ -62,6 +62,8 @@ impl RealtimeFlags {
 
 /// Time from a query to its report.
 const LATENCY: Duration = Duration::from_millis(2);
+/// The same with late copies: two queries behind a copy get a report each.
+const PROMPT: Duration = Duration::from_micros(50);
 /// Bounds of the overrides of feed and spindle, %.
 const OVERRIDE: (u8, u8) = (10, 200);
 
@@ -69,7 +71,10 @@ impl DocumentedGrbl {
     /// Takes a real-time character. Returns whether the byte is one.
     pub(super) fn take_realtime(&mut self, byte: u8) -> bool {
         match byte {
-            b'?' => self.reports.ask(self.now.after(LATENCY * self.slowness)),
+            b'?' => {
+                let latency = if self.late.is_some() { PROMPT } else { LATENCY * self.slowness };
+                self.reports.ask(self.now.after(latency));
+            }
             b'!' => self.flags.hold = true,
             b'~' => self.flags.resume = true,
             0x18 => self.reset(),
