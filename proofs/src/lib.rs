@@ -33,11 +33,15 @@ pub mod families;
 pub mod faults;
 #[cfg(feature = "guard")]
 pub mod invariant;
+#[cfg(feature = "guard")]
+pub mod model;
 #[cfg(feature = "tools")]
 pub mod model_check;
 pub mod oracle;
 pub mod properties;
 pub mod property;
+#[cfg(feature = "guard")]
+pub mod second_controller;
 #[cfg(feature = "solvers")]
 pub mod smt;
 pub mod soak;

@@ -7,10 +7,11 @@ use keepout_kernel::{Levels, Segment};
 use super::{Node, World};
 use crate::controller::{RESOLUTION, Trouble};
 use crate::families::{at, length};
+use crate::model::ControllerModel;
 use crate::properties::{Xy, Xyz};
 use crate::square::{MANUAL, approaches, certified, height, off_box, off_hull, place, plain};
 
-impl Node {
+impl<M: ControllerModel> Node<M> {
     /// The condition that this state violates, after the tool moved along `way`.
     pub(super) fn fault(&self, world: &World, levels: &Levels, way: &[Xyz]) -> Option<String> {
         if self.ended && world.trouble == Trouble::default() {
@@ -44,7 +45,7 @@ impl Node {
             return Some(format!("the set is not clear: {set:?} at {lowest}"));
         }
         let outside = |p: Xy| if world.drive.apart { off_box(&set, p) } else { off_hull(&set, p) };
-        let (x, y, z) = self.plant.tool;
+        let (x, y, z) = self.plant.tool();
         let (tool, part) = (at((x, y)), levels.at(height(z)));
         let open = part.motion_clear(Segment { from: tool, to: tool }, length(MANUAL + 2 * RESOLUTION));
         let off = match world.drive.errs {
@@ -53,18 +54,18 @@ impl Node {
             true => world.off() + 1,
         };
         if outside((x, y)) > off + stray {
-            return Some(format!("the tool at {:?} is outside the set {set:?}", self.plant.tool));
+            return Some(format!("the tool at {:?} is outside the set {set:?}", self.plant.tool()));
         }
         let below = if world.drive.errs { RESOLUTION } else { 0 };
         if z < lowest - below - stray {
             return Some(format!("the tool at height {z} is below the lowest height {lowest}"));
         }
-        let other = self.plant.targets().find(|&(x, y, z)| outside((x, y)) > 0 || z < lowest);
+        let other = self.plant.all_targets().into_iter().find(|&(x, y, z)| outside((x, y)) > 0 || z < lowest);
         other.map(|to| format!("the target {to:?} is outside the set {set:?} at {lowest}"))
     }
 
     pub(super) fn off_the_contour(&self) -> Option<String> {
-        let (x, y, z) = self.plant.tool;
+        let (x, y, z) = self.plant.tool();
         let (point, z) = (at((x, y)), height(z));
         let on = self.guard.contour_left().iter().any(|motion| {
             let line = Segment { from: motion.curve.from(), to: motion.curve.to() };
@@ -75,6 +76,6 @@ impl Node {
             let between = (low.lowered(length(RESOLUTION))..=high.raised(length(RESOLUTION))).contains(&z);
             (beside || boxed) && between
         });
-        (!on).then(|| format!("the tool at {:?} is not on the contour", self.plant.tool))
+        (!on).then(|| format!("the tool at {:?} is not on the contour", self.plant.tool()))
     }
 }

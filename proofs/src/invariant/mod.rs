@@ -21,6 +21,7 @@ mod checks;
 
 use std::collections::hash_map::RandomState;
 use std::collections::{HashSet, VecDeque};
+use std::fmt::Debug;
 use std::hash::BuildHasher;
 use std::sync::Arc;
 
@@ -31,8 +32,9 @@ use keepout_guard::{
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, Levels, Segment};
 
-use crate::controller::{Happening, MachineModel, MotionModel, RESOLUTION, Trouble};
+use crate::controller::{MachineModel, MotionModel, RESOLUTION, Trouble};
 use crate::families::{at, length};
+use crate::model::ControllerModel;
 use crate::properties::Xyz;
 use crate::square::{self, FINISHING, HEIGHT_MARGIN, MANUAL, height, place, plain_place};
 use crate::wire::{HostMessage, Sent, StatusReport};
@@ -66,9 +68,9 @@ pub struct World {
 
 /// A state: the guard, the controller model, and the host's variables.
 #[derive(Clone, Debug)]
-struct Node {
+struct Node<M> {
     guard: Guard,
-    plant: MachineModel,
+    plant: M,
     queries: VecDeque<QueryStamp>,
     now: u8,
     budget: [u8; 4],
@@ -79,11 +81,11 @@ struct Node {
 }
 
 #[derive(Hash)]
-struct Key<'a>(GuardState, &'a MachineModel, &'a VecDeque<QueryStamp>, u8, [u8; 4], [bool; 2]);
+struct Key<'a, M>(GuardState, &'a M, &'a VecDeque<QueryStamp>, u8, [u8; 4], [bool; 2]);
 
 /// An action of the host, or an event.
 #[derive(Clone, Copy, Debug)]
-enum Step {
+enum Step<E> {
     Jog(Xyz),
     Rise(i64),
     Retract(Xyz),
@@ -94,7 +96,7 @@ enum Step {
     Receives,
     Passes,
     Jumps,
-    Happens(Happening),
+    Happens(E),
 }
 
 /// The outcome of an exploration.
@@ -154,12 +156,18 @@ impl World {
     /// Explores all reachable states, up to `most` of them.
     #[must_use]
     pub fn explore(&self, most: usize) -> Explored {
+        self.explore_with::<MachineModel>(most)
+    }
+
+    /// The same with a model of the controller.
+    #[must_use]
+    pub fn explore_with<M: ControllerModel>(&self, most: usize) -> Explored {
         let part = Arc::new(self.levels(0));
         let guard = self.guard(&part);
         let first = Node {
             inside: guard.is_inside_jogging_clearance(),
             guard,
-            plant: MachineModel::new(self.start, self.drive, self.trouble),
+            plant: M::at_rest(self.start, self.drive, self.trouble),
             queries: VecDeque::new(),
             now: 0,
             budget: self.budget,
@@ -167,7 +175,7 @@ impl World {
         };
         let seeds = [RandomState::new(), RandomState::new()];
         let mut known = HashSet::from([first.key(&seeds)]);
-        let mut ways: Vec<(usize, Option<Step>)> = vec![(0, None)];
+        let mut ways: Vec<(usize, Option<Step<M::Event>>)> = vec![(0, None)];
         let mut front = VecDeque::from([(0, 0, first)]);
         let mut explored = Explored { states: 1, steps: 0, depth: 0, complete: true, violation: None };
         let mut steps = Vec::new();
@@ -203,7 +211,7 @@ impl World {
 }
 
 /// The steps to a state.
-fn steps_to(ways: &[(usize, Option<Step>)], mut number: usize) -> Vec<String> {
+fn steps_to<E: Copy + Debug>(ways: &[(usize, Option<Step<E>>)], mut number: usize) -> Vec<String> {
     let mut sequence = Vec::new();
     while let (before, Some(step)) = ways[number] {
         sequence.push(format!("{step:?}"));
@@ -213,7 +221,7 @@ fn steps_to(ways: &[(usize, Option<Step>)], mut number: usize) -> Vec<String> {
     sequence
 }
 
-impl Node {
+impl<M: ControllerModel> Node<M> {
     fn key(&self, seeds: &[RandomState; 2]) -> (u64, u64) {
         let key = || {
             Key(
@@ -233,7 +241,7 @@ impl Node {
     }
 
     /// Appends all possible actions and events.
-    fn steps(&self, world: &World, into: &mut Vec<Step>) {
+    fn steps(&self, world: &World, into: &mut Vec<Step<M::Event>>) {
         let [motions, queries, cancels, passes] = self.budget;
         if !self.ended {
             if motions > 0 {
@@ -251,18 +259,18 @@ impl Node {
             }
             into.extend((queries > 0 && self.queries.len() < world.open).then_some(Step::Query));
             into.extend((cancels > 0).then_some(Step::Cancel));
-            into.extend((!self.plant.answers.is_empty()).then_some(Step::Receives));
+            into.extend(self.plant.has_answer().then_some(Step::Receives));
             into.extend((passes > 0).then_some(Step::Passes));
-            into.extend((self.plant.trouble.jumps > 0).then_some(Step::Jumps));
+            into.extend(self.plant.may_jump().then_some(Step::Jumps));
         }
         let mut happenings = Vec::new();
-        self.plant.moves(&mut happenings);
+        self.plant.events(&mut happenings);
         into.extend(happenings.into_iter().map(Step::Happens));
     }
 
     /// Takes the step and returns the path of the tool. Returns `None` if the step is not possible.
-    fn takes(&mut self, world: &World, step: Step) -> Option<Vec<Xyz>> {
-        let here = vec![self.plant.tool];
+    fn takes(&mut self, world: &World, step: Step<M::Event>) -> Option<Vec<Xyz>> {
+        let here = vec![self.plant.tool()];
         match step {
             Step::Jog(to) => {
                 self.guard.jog(place(to), world.feed()).ok()?;
@@ -292,45 +300,45 @@ impl Node {
             }
             Step::Next => {
                 let to = self.guard.next_of_contour()?.target();
-                self.plant.wire.push_back(Sent::Line(plain_place(to)));
+                self.plant.send(Sent::Line(plain_place(to)));
             }
             Step::Query => {
                 self.budget[1] -= 1;
                 self.queries.push_back(self.guard.stamp(self.time()));
-                self.plant.wire.push_back(Sent::Query);
+                self.plant.send(Sent::Query);
             }
             Step::Cancel => {
                 self.budget[2] -= 1;
                 if self.guard.contour_progress().is_none() {
                     self.guard.cancel().ok()?;
                 }
-                self.plant.wire.push_back(Sent::Cancel);
+                self.plant.send(Sent::Cancel);
             }
             Step::Receives => while self.receives() {},
             Step::Passes => {
                 self.budget[3] -= 1;
                 self.now += 1;
-                if !self.plant.passes() {
+                if !self.plant.pass_half() {
                     return None;
                 }
             }
             Step::Jumps => {
-                self.plant.trouble.jumps -= 1;
+                self.plant.jump();
                 self.now += 2;
             }
-            Step::Happens(happening) => return Some(self.plant.happens(happening)),
+            Step::Happens(happening) => return Some(self.plant.apply(happening)),
         }
         Some(here)
     }
 
     fn send(&mut self, to: Xyz) {
         self.budget[0] -= 1;
-        self.plant.wire.push_back(Sent::Line(to));
+        self.plant.send(Sent::Line(to));
     }
 
     /// Gives the next answer to the guard. Returns whether a copy of it follows at once.
     fn receives(&mut self) -> bool {
-        match self.plant.answers.pop_front() {
+        match self.plant.next_answer() {
             None => false,
             Some(HostMessage::Accepted) => {
                 self.ended |= self.guard.acknowledged().is_err();

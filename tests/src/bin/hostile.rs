@@ -76,6 +76,9 @@ struct Arguments {
     /// Steer every session at the panel, with screens that lie, flood, stall and replay.
     #[arg(long)]
     panel: bool,
+    /// Only GRBL controllers, by the second model, which another author wrote from the documentation.
+    #[arg(long, conflicts_with = "dialect")]
+    second_model: bool,
 }
 
 #[derive(Default)]
@@ -190,7 +193,9 @@ fn worlds(arguments: &Arguments) -> Result<Worlds, String> {
         concat!(env!("CARGO_MANIFEST_DIR"), "/../executor/dialects/nsk-style.toml"),
         concat!(env!("CARGO_MANIFEST_DIR"), "/../executor/sim/tests/described/three-axes.toml"),
     ];
-    let names: Vec<&str> = if arguments.dialect.is_empty() {
+    let names: Vec<&str> = if arguments.second_model {
+        vec![DialectName::Grbl.name()]
+    } else if arguments.dialect.is_empty() {
         DialectName::NAMES.into_iter().chain(described).collect()
     } else {
         arguments.dialect.iter().map(String::as_str).collect()
@@ -213,6 +218,7 @@ impl Arguments {
     fn sets(&self, spec: &mut Spec) {
         spec.driven |= self.driven;
         spec.at_panel |= self.panel;
+        spec.second_model |= self.second_model;
     }
 
     /// Whether the arguments ask for this session.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use fastrand::Rng;
-use keepout_executor::dialect::DialectConfig;
+use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, LogError, LogWriter};
 use keepout_executor::session::outcome::JobOutcome;
@@ -24,7 +24,8 @@ use keepout_planner::{Mm2, Mm3};
 use keepout_sim::faults::Faults;
 use keepout_sim::monitor::{CollisionMonitor, JoggingRule, Verdict};
 use keepout_sim::{
-    Disturbance, PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings, speaking,
+    Disturbance, DocumentedGrbl, PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings,
+    SimulatedController, speaking,
 };
 
 use super::operator::Hostile;
@@ -375,7 +376,10 @@ fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm3, abilities: Abilitie
         PositioningError::wandering(band, steps, spec.seed)
     }
     .of_three_axes(world.machine.z.as_ref());
-    let controller = speaking(&world.language, settings);
+    let controller: Box<dyn SimulatedController> = match world.language {
+        DialectName::Grbl if spec.second_model => second_model(spec, settings),
+        _ => speaking(&world.language, settings),
+    };
     let there = Faults::new(spec.rates(false, abilities), spec.seed ^ 0x7e0);
     let here = Faults::new(spec.rates(true, abilities), spec.seed ^ 0x4e1);
     // Their budget is for a machine that speeds up no faster.
@@ -383,6 +387,17 @@ fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm3, abilities: Abilitie
     let servo = (spec.driven && suits).then(ServoConfig::simulated).and_then(Result::ok);
     let drives = servo.and_then(|servo| ServoDrive::new(&servo, start_mm.plane()));
     SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here).driven(drives)
+}
+
+/// The second model. Sessions with faults may have one that leaves steps: it ends a contour with a fault.
+fn second_model(spec: &Spec, settings: SimSettings) -> Box<dyn SimulatedController> {
+    let mut random = Rng::with_seed(spec.seed ^ 0x510e);
+    let slowness = [1, 3, 6][random.usize(0..3)];
+    let model = DocumentedGrbl::new(settings).homing_in_place().slower(slowness);
+    let leaves = random.u8(0..4) == 0 && !spec.faults.is_empty();
+    let model = if leaves { model.leaving_steps(spec.seed) } else { model };
+    let late = spec.suffers(HostileFault::Doubling) && random.bool();
+    Box::new(if late { model.repeating_late(spec.seed) } else { model })
 }
 
 fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {

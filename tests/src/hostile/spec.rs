@@ -98,6 +98,8 @@ pub struct Spec {
     pub quirks: Quirks,
     /// Whether resets are power failures.
     pub power_fails: bool,
+    /// Whether a GRBL controller is the second model, which another author wrote from the documentation.
+    pub second_model: bool,
 }
 
 impl Spec {
@@ -128,6 +130,7 @@ impl Spec {
             at_panel: false,
             quirks,
             power_fails,
+            second_model: false,
         }
     }
 

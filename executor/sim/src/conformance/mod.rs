@@ -31,5 +31,5 @@ pub use observe::{Observed, Stop, observe};
 pub use record::{Bench, ScenarioRecorder};
 pub use recording::{RecordedEvent, Recording, RecordingHeader, What};
 pub use scenario::{Care, Frame, Scenario, Step, scenarios};
-pub use simulated::{SimulatedBench, simulate};
+pub use simulated::{SimulatedBench, simulate, simulate_with};
 pub use start::{Setup, Start, StatedIdentity, check_dialect};

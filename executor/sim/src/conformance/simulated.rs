@@ -10,7 +10,7 @@ use super::record::{Bench, ScenarioRecorder};
 use super::recording::Recording;
 use super::scenario::Scenario;
 use super::start::{Setup, Start};
-use crate::{PositioningError, Quirks, SimMachine, SimSettings, VirtualPort, speaking};
+use crate::{PositioningError, Quirks, SimMachine, SimSettings, SimulatedController, VirtualPort, speaking};
 
 /// The simulated machine.
 #[derive(Clone, Debug)]
@@ -35,6 +35,18 @@ const STORES_WITHIN: Duration = Duration::from_secs(1);
 /// # Errors
 /// [`RecordError`] as at a port.
 pub fn simulate(setting: &SimulatedBench, scenarios: &[Scenario]) -> Result<Recording, RecordError> {
+    simulate_with(|settings| speaking(&setting.setup.language, settings), setting, scenarios)
+}
+
+/// Plays the scenarios at the controller that `build` makes from the settings.
+///
+/// # Errors
+/// [`RecordError`] as at a port.
+pub fn simulate_with(
+    build: impl FnOnce(SimSettings) -> Box<dyn SimulatedController>,
+    setting: &SimulatedBench,
+    scenarios: &[Scenario],
+) -> Result<Recording, RecordError> {
     let machine = setting.setup.machine.clone();
     let setup = Setup { start: Start::Standing, ..setting.setup.clone() };
     let positioning_error = PositioningError::wandering(0.0, machine.steps_per_mm, 1);
@@ -42,9 +54,8 @@ pub fn simulate(setting: &SimulatedBench, scenarios: &[Scenario]) -> Result<Reco
         quirks: setting.quirks.clone(),
         ..SimSettings::of(machine, Mm2::new(setting.at.x, setting.at.y).at_height(0.0))
     };
-    let controller = speaking(&setup.language, settings);
     let mut port =
-        VirtualPort { machine: SimMachine::new(controller, setting.baud, DELAY, positioning_error) };
+        VirtualPort { machine: SimMachine::new(build(settings), setting.baud, DELAY, positioning_error) };
     let mut clock = VirtualClock::default();
     let bench = Bench {
         port: &mut port,

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use keepout_proofs::invariant::World;
+use keepout_proofs::second_controller::SecondController;
 use keepout_proofs::worlds;
 
 /// The worlds to explore, and the limit.
@@ -15,6 +16,9 @@ pub struct Explore {
     /// Largest number of states per world.
     #[arg(long, default_value_t = worlds::STATES)]
     states: usize,
+    /// Explore with the second model of the controller, which another author wrote from the documentation.
+    #[arg(long)]
+    second: bool,
 }
 
 impl Explore {
@@ -33,7 +37,11 @@ impl Explore {
         let mut held = true;
         for world in chosen {
             let begin = Instant::now();
-            let explored = world.explore(self.states);
+            let explored = if self.second {
+                world.explore_with::<SecondController>(self.states)
+            } else {
+                world.explore(self.states)
+            };
             let (states, steps, depth) = (explored.states, explored.steps, explored.depth);
             let all = if explored.complete { "all" } else { "not all" };
             let seconds = begin.elapsed().as_secs_f64();
