@@ -170,11 +170,10 @@ fn model_checked(text: &mut String) -> std::fmt::Result {
     let harnesses = keepout_harnesses::all();
     writeln!(
         text,
-        "\n## Bounded model checking\n\n`keepout-proofs model-check` compiles {} harnesses to WebAssembly, with overflow \
-         checks, translates them to C, and gives each to CBMC ({versions}). The answer covers all inputs within the \
-         bounds at once. *Unwind* is the number of rounds of each loop; CBMC shows that no loop needs more. The \
-         solver needed so many *variables*; 0 where simplification was enough. Before each run it must refute {} false \
-         statements.\n\n\
+        "\n## Bounded model checking\n\n`keepout-proofs model-check` compiles {} harnesses to WebAssembly, with \
+         overflow checks, translates them to C, and gives each to CBMC ({versions}). The answer covers all inputs \
+         within the bounds at once. *Unwind* is the number of rounds of each loop; CBMC shows that no loop needs \
+         more. *Variables* are those of the formula. Before each run CBMC must refute {} false statements.\n\n\
          | harness | claim | code | bounds | unwind | variables | time |\n|---|---|---|---|---|---|---|",
         harnesses.len(),
         keepout_harnesses::canaries().len(),

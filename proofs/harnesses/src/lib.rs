@@ -18,7 +18,6 @@ extern crate alloc;
 mod arcs;
 mod canaries;
 mod guard;
-mod heights;
 mod index;
 mod lattice;
 #[cfg(not(target_arch = "wasm32"))]

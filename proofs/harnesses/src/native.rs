@@ -17,7 +17,6 @@ pub fn all() -> Vec<&'static ModelHarness> {
         crate::rings::ALL,
         crate::index::ALL,
         crate::parts::ALL,
-        crate::heights::ALL,
         crate::guard::ALL,
     ];
     groups.into_iter().flatten().collect()

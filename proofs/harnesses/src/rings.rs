@@ -20,14 +20,7 @@ harnesses! {
             "a point in the inner one of two squares is outside of the region",
             "squares of 12 and 4 units, points within ±2 of the middle", unwind 24;
     }
-    "kernel/src/exact/contact.rs" {
-        regions_have_rings_that_do_not_touch:
-            "two squares make a region exactly when their outlines share no point",
-            "squares of 4 units, one moved by up to 9 units along each axis", unwind 24;
-    }
     "kernel/src/exact/convex.rs" {
-        convex_polygons_turn_left:
-            "three corners are a convex polygon only when they do not turn right", "corners within ±3", unwind 24;
         convex_polygons_are_asked_at_every_side:
             "a quadrangle with a corner that turns right is no convex polygon",
             "three corners of a square of 4 units, the fourth within ±4", unwind 24;
@@ -58,19 +51,6 @@ fn holes_are_outside(c: &mut impl Cases) {
     let p = near_origin(c, 2);
     let on_hole = p.x.units().abs().max(p.y.units().abs()) == 2;
     assert!(region.locate(p) == if on_hole { Location::Boundary } else { Location::Outside });
-}
-
-fn regions_have_rings_that_do_not_touch(c: &mut impl Cases) {
-    let (x, y) = (c.int(0, 9), c.int(0, 9));
-    let region = Region::new(vec![square(0, 0, 4), square(x, y, 4)]);
-    assert!(region.is_ok() == (x > 4 || y > 4));
-}
-
-fn convex_polygons_turn_left(c: &mut impl Cases) {
-    let corners = [near_origin(c, 3), near_origin(c, 3), near_origin(c, 3)];
-    let [a, b, d] = corners;
-    let right = orientation(a, b, d) == Orientation::Right;
-    assert!(Convex::check(&corners).is_some() != right);
 }
 
 fn convex_polygons_are_asked_at_every_side(c: &mut impl Cases) {

@@ -36,6 +36,8 @@ pub struct SeededFault {
     pub hostile: Option<Vec<String>>,
     /// A fuzz target must notice it.
     pub fuzz: Option<Fuzz>,
+    /// The model checker must find it, with this harness.
+    pub model: Option<String>,
     /// Tests must notice it, instead of properties and worlds: the arguments of `cargo test` that choose them.
     pub tests: Option<Vec<String>>,
 }
@@ -73,6 +75,8 @@ pub enum FaultEngine {
     Fuzz,
     /// Ordinary tests.
     Tests,
+    /// The bounded model checker.
+    Model,
 }
 
 impl FaultEngine {
@@ -84,6 +88,7 @@ impl FaultEngine {
             Self::Hostile => "hostile",
             Self::Fuzz => "fuzz",
             Self::Tests => "tests",
+            Self::Model => "model",
         }
     }
 }
@@ -104,12 +109,13 @@ impl SeededFault {
     /// Who must notice it.
     #[must_use]
     pub fn engines(&self) -> Vec<FaultEngine> {
-        match (&self.fuzz, &self.tests, &self.hostile) {
-            (Some(_), _, _) => vec![FaultEngine::Fuzz],
-            (None, Some(_), _) => vec![FaultEngine::Tests],
-            (None, None, Some(_)) => vec![FaultEngine::Proofs, FaultEngine::Hostile],
-            (None, None, None) => vec![FaultEngine::Proofs],
+        if self.fuzz.is_some() {
+            return vec![FaultEngine::Fuzz];
         }
+        let first = if self.tests.is_some() { FaultEngine::Tests } else { FaultEngine::Proofs };
+        let hostile = self.hostile.as_ref().map(|_| FaultEngine::Hostile);
+        let model = self.model.as_ref().map(|_| FaultEngine::Model);
+        std::iter::once(first).chain(hostile).chain(model).collect()
     }
 
     /// Whether all of it lies in the kernel: then the properties of the kernel must notice it.

@@ -6,7 +6,9 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 use super::results::{FaultFate, keep};
-use super::{FaultEngine, SeededFault, tree};
+use super::{FaultEngine, SeededFault, tree, workspace};
+use crate::model_check::run::{ModelChecker, ModelVerdict};
+use crate::model_check::tools::Tools;
 
 /// The property groups that notice faults outside the kernel.
 const OUTSIDE_THE_KERNEL: &str = "guard,heights,dialects";
@@ -55,6 +57,7 @@ impl Workshop<'_> {
                 let fate = match engine {
                     FaultEngine::Hostile => self.hostile(fault, number)?,
                     FaultEngine::Tests => self.tests(fault)?,
+                    FaultEngine::Model => self.model(fault)?,
                     _ if fault.is_switched() => self.check(&mut self.switched_check(number), fault)?,
                     _ => self.check_alone(fault)?,
                 };
@@ -138,6 +141,28 @@ impl Workshop<'_> {
         let mut command = Command::new("timeout");
         command.arg(CHECK_S.to_string()).arg(self.folder.join("target/debug/check"));
         self.check(&mut command, fault)
+    }
+
+    /// Gives the fault's harness to the model checker, in a copy with the fault.
+    fn model(&self, fault: &SeededFault) -> io::Result<FaultFate> {
+        let tree = self.folder.join("alone");
+        tree::seed_one(&tree, fault)?;
+        let harnesses: Vec<_> = keepout_harnesses::all()
+            .into_iter()
+            .filter(|harness| fault.model.as_deref() == Some(harness.name))
+            .collect();
+        let tools = Tools::find(&workspace()).map_err(io::Error::other)?;
+        let checker = ModelChecker::new(&tree, tools, &self.folder.join("model"), CHECK_S);
+        let checked =
+            checker.and_then(|checker| checker.check(&harnesses, 1, |_, _| {})).map_err(io::Error::other)?;
+        Ok(match checked.first().map(|(harness, checked)| (harness.name, &checked.verdict)) {
+            Some((name, ModelVerdict::Fails(inputs))) => {
+                FaultFate::Noticed(format!("{name} with the inputs {inputs:?}"))
+            }
+            Some((_, ModelVerdict::Holds)) => FaultFate::Survived,
+            Some((_, ModelVerdict::TimedOut)) => FaultFate::Undecided,
+            other => FaultFate::Unbuilt(format!("{other:?}")),
+        })
     }
 
     /// Runs the chosen tests in a copy with the fault, up to the first that fails.

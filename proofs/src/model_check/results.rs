@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use keepout_planner::file::write_whole;
 
-use super::run::{Checked, Verdict};
+use super::run::{Checked, ModelVerdict};
 
 /// A line of the table.
 #[derive(Clone, Debug)]
@@ -47,7 +47,7 @@ pub fn read() -> (String, Vec<ModelRow>) {
 /// # Errors
 /// The system's.
 pub fn write(versions: &str, checked: &[(&str, Checked)]) -> io::Result<()> {
-    let proved = checked.iter().filter(|(_, checked)| checked.verdict == Verdict::Holds);
+    let proved = checked.iter().filter(|(_, checked)| checked.verdict == ModelVerdict::Holds);
     let line = |(name, checked): &(&str, Checked)| {
         format!("{name}\t{:.1}\t{}\n", checked.seconds, checked.variables)
     };

@@ -14,7 +14,7 @@ use super::translate::{MODULE, Module};
 
 /// The answer for one harness.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ModelVerdict {
     /// The statement holds for all inputs within the bounds, and the loops need no more unwinding.
     Holds,
     /// An input that makes the harness fail: the numbers that it draws, in order.
@@ -31,7 +31,7 @@ pub enum Verdict {
 #[derive(Clone, Debug)]
 pub struct Checked {
     /// The answer.
-    pub verdict: Verdict,
+    pub verdict: ModelVerdict,
     /// Seconds, for translation, formula and solver.
     pub seconds: f64,
     /// Variables of the formula after simplification. Zero where CBMC needed no solver.
@@ -116,38 +116,39 @@ impl ModelChecker {
     fn check_one(&self, module: &Module<'_>, harness: &ModelHarness) -> Checked {
         let begin = Instant::now();
         let checked = self.try_one(module, harness);
-        let (verdict, variables) = checked.unwrap_or_else(|error| (Verdict::Broken(error.to_string()), 0));
+        let (verdict, variables) =
+            checked.unwrap_or_else(|error| (ModelVerdict::Broken(error.to_string()), 0));
         Checked { verdict, seconds: begin.elapsed().as_secs_f64(), variables }
     }
 
-    fn try_one(&self, module: &Module<'_>, harness: &ModelHarness) -> io::Result<(Verdict, u64)> {
+    fn try_one(&self, module: &Module<'_>, harness: &ModelHarness) -> io::Result<(ModelVerdict, u64)> {
         let Some(program) = module.program(harness.name) else {
-            return Ok((Verdict::Broken("the module has no such function".into()), 0));
+            return Ok((ModelVerdict::Broken("the module has no such function".into()), 0));
         };
         let file = self.folder.join(format!("{}.c", harness.name));
         std::fs::write(&file, program)?;
         let ran = self.cbmc(&file, harness, &["--slice-formula", "--verbosity", "8"])?;
         let variables = number_before(&ran.text, " variables, ").unwrap_or(0);
         if let Some(line) = ran.text.lines().find(|line| line.contains("no body for")) {
-            return Ok((Verdict::Broken(line.into()), variables));
+            return Ok((ModelVerdict::Broken(line.into()), variables));
         }
         let stack = |line: &str| line.contains("the stack is large enough") && line.ends_with("FAILURE");
         if ran.text.lines().any(stack) {
-            return Ok((Verdict::Broken("the stack of the module is too small".into()), variables));
+            return Ok((ModelVerdict::Broken("the stack of the module is too small".into()), variables));
         }
         let verdict = match ran.code {
-            Some(0) => Verdict::Holds,
-            Some(TIMED_OUT) => Verdict::TimedOut,
+            Some(0) => ModelVerdict::Holds,
+            Some(TIMED_OUT) => ModelVerdict::TimedOut,
             Some(10)
                 if ran
                     .text
                     .lines()
                     .any(|line| line.contains("unwinding assertion") && line.ends_with("FAILURE")) =>
             {
-                Verdict::Unwinding
+                ModelVerdict::Unwinding
             }
-            Some(10) => Verdict::Fails(self.counterexample(&file, harness)?),
-            _ => Verdict::Broken(last_lines(&ran.text)),
+            Some(10) => ModelVerdict::Fails(self.counterexample(&file, harness)?),
+            _ => ModelVerdict::Broken(last_lines(&ran.text)),
         };
         Ok((verdict, variables))
     }

@@ -98,7 +98,11 @@ fn clippy_holds_functions_under_60_lines() {
     assert!(read("Cargo.toml").lines().any(|line| line == "too_many_lines = \"warn\""));
     let crates = files("").into_iter().filter(|name| name.ends_with("/Cargo.toml"));
     let inherits = |name: &String| read(name).contains("[lints]\nworkspace = true\n");
-    let without: Vec<_> = crates.filter(|name| !inherits(name)).collect();
+    // One crate borders on the model checker, and cannot forbid unsafe code.
+    let own = |name: &String| {
+        name == "proofs/harnesses/Cargo.toml" && read(name).contains("\ntoo_many_lines = \"warn\"\n")
+    };
+    let without: Vec<_> = crates.filter(|name| !inherits(name) && !own(name)).collect();
     assert!(without.is_empty(), "without the lints of the workspace: {without:?}");
     assert!(read(".ci/run").contains("cargo clippy --workspace --all-targets --quiet -- -D warnings"));
     let expects = |(name, text): &(String, String)| {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use keepout_harnesses::{Inputs, ModelHarness};
 use keepout_proofs::faults::workspace;
 use keepout_proofs::model_check::results;
-use keepout_proofs::model_check::run::{Checked, ModelChecker, Verdict};
+use keepout_proofs::model_check::run::{Checked, ModelChecker, ModelVerdict};
 use keepout_proofs::model_check::tools::Tools;
 
 /// The harnesses to check, and how.
@@ -60,7 +60,7 @@ impl ModelCheck {
         let threads =
             self.threads.or_else(|| std::thread::available_parallelism().ok().map(Into::into)).unwrap_or(1);
         for (canary, checked) in checker.check(&keepout_harnesses::canaries(), threads, |_, _| {})? {
-            if !matches!(checked.verdict, Verdict::Fails(_)) {
+            if !matches!(checked.verdict, ModelVerdict::Fails(_)) {
                 let verdict = checked.verdict;
                 return Err(format!(
                     "the model checker does not refute the false statement {}: {verdict:?}",
@@ -70,7 +70,7 @@ impl ModelCheck {
         }
         let mut checked = checker.check(&chosen, threads, tell)?;
         checked.sort_by_key(|(harness, _)| chosen.iter().position(|each| each.name == harness.name));
-        let held = checked.iter().filter(|(_, checked)| checked.verdict == Verdict::Holds).count();
+        let held = checked.iter().filter(|(_, checked)| checked.verdict == ModelVerdict::Holds).count();
         let seconds: f64 = checked.iter().map(|(_, checked)| checked.seconds).sum();
         println!("{held} of {} harnesses hold, {seconds:.0} s of all threads ({versions})", chosen.len());
         if self.write {
@@ -87,13 +87,13 @@ fn tell(harness: &'static ModelHarness, checked: &Checked) {
     let Checked { verdict, seconds, .. } = checked;
     let (name, bounds) = (harness.name, harness.bounds);
     match verdict {
-        Verdict::Holds => println!("holds      {seconds:6.1} s  {name} ({bounds})"),
-        Verdict::Unwinding => {
+        ModelVerdict::Holds => println!("holds      {seconds:6.1} s  {name} ({bounds})"),
+        ModelVerdict::Unwinding => {
             println!("unwinding  {seconds:6.1} s  {name}: a loop runs more than {} times", harness.unwind);
         }
-        Verdict::TimedOut => println!("no answer  {seconds:6.1} s  {name} ({bounds})"),
-        Verdict::Broken(why) => println!("broken     {seconds:6.1} s  {name}: {why}"),
-        Verdict::Fails(inputs) => {
+        ModelVerdict::TimedOut => println!("no answer  {seconds:6.1} s  {name} ({bounds})"),
+        ModelVerdict::Broken(why) => println!("broken     {seconds:6.1} s  {name}: {why}"),
+        ModelVerdict::Fails(inputs) => {
             println!(
                 "fails      {seconds:6.1} s  {name}: with the inputs {inputs:?}, {}",
                 replayed(harness, inputs)
