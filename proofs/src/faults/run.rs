@@ -49,7 +49,8 @@ impl Workshop<'_> {
                 if !chosen(number, engine) {
                     continue;
                 }
-                if fault.is_switched() && !built {
+                let alone = matches!(engine, FaultEngine::Tests | FaultEngine::Model);
+                if fault.is_switched() && !alone && !built {
                     self.build_switched(catalogue)?;
                     built = true;
                 }
