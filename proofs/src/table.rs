@@ -173,8 +173,8 @@ fn model_checked(text: &mut String) -> std::fmt::Result {
         "\n## Bounded model checking\n\n`keepout-proofs model-check` compiles {} harnesses to WebAssembly, with \
          overflow checks, translates them to C, and gives each to CBMC ({versions}). The answer covers all inputs \
          within the bounds at once. *Unwind* is the number of rounds of each loop; CBMC shows that no loop needs \
-         more. *Variables* are those of the formula. Before each run CBMC must refute {} false statements.\n\n\
-         | harness | claim | code | bounds | unwind | variables | time |\n|---|---|---|---|---|---|---|",
+         more. Before each run CBMC must refute {} false statements.\n\n\
+         | harness | claim | code | bounds | unwind | time |\n|---|---|---|---|---|---|",
         harnesses.len(),
         keepout_harnesses::canaries().len(),
     )?;
@@ -182,14 +182,8 @@ fn model_checked(text: &mut String) -> std::fmt::Result {
         let Some(row) = rows.iter().find(|row| row.name == harness.name) else { continue };
         writeln!(
             text,
-            "| `{}` | {} | `{}` | {} | {} | {} | {:.1} s |",
-            harness.name,
-            harness.claim,
-            harness.file,
-            harness.bounds,
-            harness.unwind,
-            grouped(row.variables),
-            row.seconds,
+            "| `{}` | {} | `{}` | {} | {} | {:.1} s |",
+            harness.name, harness.claim, harness.file, harness.bounds, harness.unwind, row.seconds,
         )?;
     }
     Ok(())

@@ -15,8 +15,6 @@ pub struct ModelRow {
     pub name: String,
     /// Seconds until it was proved.
     pub seconds: f64,
-    /// Variables of its formula.
-    pub variables: u64,
 }
 
 /// The table's file.
@@ -31,12 +29,8 @@ pub fn read() -> (String, Vec<ModelRow>) {
     let text = fs::read_to_string(file()).unwrap_or_default();
     let row = |line: &str| {
         let mut fields = line.split('\t');
-        let (name, seconds, variables) = (fields.next()?, fields.next()?, fields.next()?);
-        Some(ModelRow {
-            name: name.into(),
-            seconds: seconds.parse().ok()?,
-            variables: variables.parse().ok()?,
-        })
+        let (name, seconds) = (fields.next()?, fields.next()?);
+        Some(ModelRow { name: name.into(), seconds: seconds.parse().ok()? })
     };
     let versions = text.lines().next().unwrap_or_default().to_string();
     (versions, text.lines().skip(1).filter_map(row).collect())
@@ -48,9 +42,7 @@ pub fn read() -> (String, Vec<ModelRow>) {
 /// The system's.
 pub fn write(versions: &str, checked: &[(&str, Checked)]) -> io::Result<()> {
     let proved = checked.iter().filter(|(_, checked)| checked.verdict == ModelVerdict::Holds);
-    let line = |(name, checked): &(&str, Checked)| {
-        format!("{name}\t{:.1}\t{}\n", checked.seconds, checked.variables)
-    };
+    let line = |(name, checked): &(&str, Checked)| format!("{name}\t{:.1}\n", checked.seconds);
     let lines: String = proved.map(line).collect();
     write_whole(&file(), format!("{versions}\n{lines}").as_bytes())
 }

@@ -27,15 +27,13 @@ pub enum ModelVerdict {
     Broken(String),
 }
 
-/// The answer for one harness, with its time and the size of the formula.
+/// The answer for one harness, with its time.
 #[derive(Clone, Debug)]
 pub struct Checked {
     /// The answer.
     pub verdict: ModelVerdict,
     /// Seconds, for translation, formula and solver.
     pub seconds: f64,
-    /// Variables of the formula after simplification. Zero where CBMC needed no solver.
-    pub variables: u64,
 }
 
 /// A translated module, and the programs that check it.
@@ -116,25 +114,23 @@ impl ModelChecker {
     fn check_one(&self, module: &Module<'_>, harness: &ModelHarness) -> Checked {
         let begin = Instant::now();
         let checked = self.try_one(module, harness);
-        let (verdict, variables) =
-            checked.unwrap_or_else(|error| (ModelVerdict::Broken(error.to_string()), 0));
-        Checked { verdict, seconds: begin.elapsed().as_secs_f64(), variables }
+        let verdict = checked.unwrap_or_else(|error| ModelVerdict::Broken(error.to_string()));
+        Checked { verdict, seconds: begin.elapsed().as_secs_f64() }
     }
 
-    fn try_one(&self, module: &Module<'_>, harness: &ModelHarness) -> io::Result<(ModelVerdict, u64)> {
+    fn try_one(&self, module: &Module<'_>, harness: &ModelHarness) -> io::Result<ModelVerdict> {
         let Some(program) = module.program(harness.name) else {
-            return Ok((ModelVerdict::Broken("the module has no such function".into()), 0));
+            return Ok(ModelVerdict::Broken("the module has no such function".into()));
         };
         let file = self.folder.join(format!("{}.c", harness.name));
         std::fs::write(&file, program)?;
-        let ran = self.cbmc(&file, harness, &["--slice-formula", "--verbosity", "8"])?;
-        let variables = number_before(&ran.text, " variables, ").unwrap_or(0);
+        let ran = self.cbmc(&file, harness, &["--slice-formula"])?;
         if let Some(line) = ran.text.lines().find(|line| line.contains("no body for")) {
-            return Ok((ModelVerdict::Broken(line.into()), variables));
+            return Ok(ModelVerdict::Broken(line.into()));
         }
         let stack = |line: &str| line.contains("the stack is large enough") && line.ends_with("FAILURE");
         if ran.text.lines().any(stack) {
-            return Ok((ModelVerdict::Broken("the stack of the module is too small".into()), variables));
+            return Ok(ModelVerdict::Broken("the stack of the module is too small".into()));
         }
         let verdict = match ran.code {
             Some(0) => ModelVerdict::Holds,
@@ -150,7 +146,7 @@ impl ModelChecker {
             Some(10) => ModelVerdict::Fails(self.counterexample(&file, harness)?),
             _ => ModelVerdict::Broken(last_lines(&ran.text)),
         };
-        Ok((verdict, variables))
+        Ok(verdict)
     }
 
     /// The numbers that the harness draws in a run that fails.
@@ -192,8 +188,4 @@ fn succeed(command: &mut Command) -> Result<(), String> {
 fn last_lines(text: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     lines[lines.len().saturating_sub(6)..].join("\n")
-}
-
-fn number_before(text: &str, mark: &str) -> Option<u64> {
-    text.lines().find_map(|line| line.split_once(mark)?.0.trim().parse().ok())
 }

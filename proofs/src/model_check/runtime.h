@@ -1,7 +1,8 @@
 /* What the translated harnesses stand on: numbers, memory, inputs and failures, for CBMC.
  *
  * The translator puts the memory before this file: `load_word` and `store_word` read and write 32 bits at a word's
- * number, and an access beyond the memory fails. The memory is many small arrays, because CBMC handles an array of few elements as single variables. */
+ * number, and an access beyond the memory fails. The memory is many small arrays, because CBMC handles an array of
+ * few elements as single variables. */
 
 #define INFINITY (1.0f / 0.0f)
 #define NAN (0.0f / 0.0f)
