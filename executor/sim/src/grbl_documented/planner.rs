@@ -177,7 +177,7 @@ impl MotionPlanner {
         self.replan();
     }
 
-    /// Plans the speeds anew: backward from rest at the end, then forward from the present speed.
+    /// Plans the speeds again: backward from rest at the end, then forward from the present speed.
     pub fn replan(&mut self) {
         let mut exit_2 = 0.0;
         for block in self.blocks.iter_mut().skip(1).rev() {

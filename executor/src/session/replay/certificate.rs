@@ -18,7 +18,7 @@ pub(super) struct CertificateRules<'a> {
 
 impl CertificateRules<'_> {
     /// Checks a certificate. `before` is the target of the certified motion before it, if the position was not
-    /// located anew since then.
+    /// located again since then.
     ///
     /// # Errors
     /// The reason why the certificate does not hold.
