@@ -128,25 +128,18 @@ impl ModelChecker {
         if let Some(line) = ran.text.lines().find(|line| line.contains("no body for")) {
             return Ok(ModelVerdict::Broken(line.into()));
         }
-        let stack = |line: &str| line.contains("the stack is large enough") && line.ends_with("FAILURE");
-        if ran.text.lines().any(stack) {
+        let violated =
+            |what: &str| ran.text.lines().any(|line| line.contains(what) && line.ends_with("FAILURE"));
+        if violated("the stack is large enough") {
             return Ok(ModelVerdict::Broken("the stack of the module is too small".into()));
         }
-        let verdict = match ran.code {
+        Ok(match ran.code {
             Some(0) => ModelVerdict::Holds,
             Some(TIMED_OUT) => ModelVerdict::TimedOut,
-            Some(10)
-                if ran
-                    .text
-                    .lines()
-                    .any(|line| line.contains("unwinding assertion") && line.ends_with("FAILURE")) =>
-            {
-                ModelVerdict::Unwinding
-            }
+            Some(10) if violated("unwinding assertion") => ModelVerdict::Unwinding,
             Some(10) => ModelVerdict::Fails(self.counterexample(&file, harness)?),
             _ => ModelVerdict::Broken(last_lines(&ran.text)),
-        };
-        Ok(verdict)
+        })
     }
 
     /// The numbers that the harness draws in a run that fails.
