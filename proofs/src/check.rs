@@ -1,52 +1,95 @@
-//! Runs all engines, the quick ones first, up to the first failure. The runner of seeded faults uses it.
+//! Runs all engines, the quick ones first, and lists the failures. The runner of seeded faults uses it.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc;
 use std::time::Duration;
 
 use fastrand::Rng;
+use keepout_harnesses::{Inputs, ModelHarness};
 
 use crate::families::Family;
 use crate::property::{Property, Ran};
 use crate::{properties, soak};
 
-/// Runs the properties of the chosen groups, then the soaks and worlds. Returns the name of the first
-/// failure.
+/// Time limit of one quick run. All of them need far less. The limit finds faults that make a loop endless.
+const PATIENCE: Duration = Duration::from_secs(100);
+/// Random inputs for a harness.
+const INPUTS: u64 = 2_000;
+/// Largest number of states per world, while no other failure is known. Faults show early.
+#[cfg(feature = "guard")]
+const STATES: usize = 400_000;
+/// The same, once a failure is known.
+#[cfg(feature = "guard")]
+const MORE_STATES: usize = 60_000;
+
+/// Runs the properties of the chosen groups, the harnesses on random inputs, the soaks and the worlds. Returns the
+/// names of all that fail in a quick run. Only while nothing fails, it runs properties and soaks in full, up to the
+/// first failure.
 ///
-/// `word` is a comma-separated list of parts of group names. An empty one chooses everything. The soaks
-/// belong to `index`, the worlds to `guard`.
+/// `word` is a comma-separated list of parts of group names. An empty one chooses everything. The soaks belong to
+/// `index`, the worlds to `guard`, the harnesses to every group.
 #[must_use]
-pub fn first_failure(word: &str) -> Option<String> {
+pub fn failures(word: &str) -> Vec<String> {
     std::panic::set_hook(Box::new(|_| {}));
     let chosen: Vec<&'static Property> = properties::all()
         .into_iter()
         .filter(|property| word.is_empty() || word.split(',').any(|word| property.group.contains(word)))
         .collect();
-    let quickly = chosen.iter().find_map(|property| quick(property));
-    let engines: [fn(&Property) -> Option<Ran>; 2] = [Property::run_every, Property::run_random];
-    let by_property = || {
-        engines.into_iter().find_map(|engine| {
-            let fails = |property: &&&Property| {
-                property.observed(engine).is_some_and(|outcome| outcome.ran.is_none())
-            };
-            chosen.iter().find(fails).map(|property| property.name.to_string())
-        })
-    };
-    quickly.or_else(by_property).or_else(|| soaked(word)).or_else(|| explored(word))
+    let mut failed = Vec::new();
+    let properties =
+        chosen.iter().map(|&property| quick(property.name, || fails(property, Property::run_quick)));
+    let harnesses =
+        keepout_harnesses::all().into_iter().map(|harness| quick(harness.name, || refuted(harness)));
+    for answer in properties.chain(harnesses) {
+        match answer {
+            Answer::Holds => {}
+            Answer::Fails(name) => failed.push(name.into()),
+            // Its thread goes on and takes time from all others.
+            Answer::Endless(name) => {
+                failed.push(format!("{name} (it does not end)"));
+                return failed;
+            }
+        }
+    }
+    if failed.is_empty() {
+        let engines: [fn(&Property) -> Option<Ran>; 2] = [Property::run_every, Property::run_random];
+        let mut runs =
+            engines.into_iter().flat_map(|engine| chosen.iter().map(move |property| (property, engine)));
+        failed.extend(
+            runs.find(|(property, engine)| fails(property, *engine)).map(|(found, _)| found.name.into()),
+        );
+    }
+    if failed.is_empty() {
+        failed.extend(soaked(word));
+    }
+    explored(word, &mut failed);
+    failed
 }
 
-/// Time limit of [`quick`]. A tenth of the random cases takes less. The limit finds faults that make a loop
-/// endless.
-const PATIENCE: Duration = Duration::from_secs(100);
+/// The answer of a quick run.
+enum Answer {
+    Holds,
+    Fails(&'static str),
+    Endless(&'static str),
+}
 
-fn quick(property: &'static Property) -> Option<String> {
+fn quick(name: &'static str, fails: impl FnOnce() -> bool + Send + 'static) -> Answer {
     let (done, outcome) = mpsc::channel();
-    std::thread::spawn(move || done.send(property.observed(Property::run_quick)));
+    std::thread::spawn(move || done.send(fails()));
     match outcome.recv_timeout(PATIENCE) {
-        Ok(outcome) => {
-            outcome.is_some_and(|outcome| outcome.ran.is_none()).then(|| property.name.to_string())
-        }
-        Err(_) => Some(format!("{} (it does not end)", property.name)),
+        Ok(false) => Answer::Holds,
+        Ok(true) => Answer::Fails(name),
+        Err(_) => Answer::Endless(name),
     }
+}
+
+fn fails(property: &Property, engine: fn(&Property) -> Option<Ran>) -> bool {
+    property.observed(engine).is_some_and(|outcome| outcome.ran.is_none())
+}
+
+fn refuted(harness: &ModelHarness) -> bool {
+    let run = || (0..INPUTS).for_each(|seed| (harness.run)(&mut Inputs::random(seed)));
+    catch_unwind(AssertUnwindSafe(run)).is_err()
 }
 
 fn soaked(word: &str) -> Option<String> {
@@ -65,27 +108,24 @@ fn soaked(word: &str) -> Option<String> {
             }
         }),
     ];
-    let fails = |run: fn(&mut Rng)| std::panic::catch_unwind(|| run(&mut Rng::with_seed(11))).is_err();
+    let fails = |run: fn(&mut Rng)| catch_unwind(|| run(&mut Rng::with_seed(11))).is_err();
     runs.into_iter().find(|&(_, run)| fails(run)).map(|(name, _)| name.to_string())
 }
 
+/// Adds the worlds in which the invariant does not hold.
 #[cfg(feature = "guard")]
-fn explored(word: &str) -> Option<String> {
-    /// Largest number of states per world. Faults show early.
-    const STATES: usize = 400_000;
+fn explored(word: &str, failed: &mut Vec<String>) {
     if !word.is_empty() && !word.contains("guard") {
-        return None;
+        return;
     }
-    let mut worlds = crate::worlds::all().into_iter();
-    worlds
-        .find(|world| {
-            let explored = std::panic::catch_unwind(|| world.explore(STATES));
-            explored.map_or(true, |explored| explored.violation.is_some())
-        })
-        .map(|world| format!("invariant: {}", world.name))
+    for world in crate::worlds::all() {
+        let states = if failed.is_empty() { STATES } else { MORE_STATES };
+        let explored = catch_unwind(|| world.explore(states));
+        if explored.map_or(true, |explored| explored.violation.is_some()) {
+            failed.push(format!("invariant: {}", world.name));
+        }
+    }
 }
 
 #[cfg(not(feature = "guard"))]
-fn explored(_word: &str) -> Option<String> {
-    None
-}
+fn explored(_word: &str, _failed: &mut Vec<String>) {}

@@ -38,6 +38,8 @@ pub struct SeededFault {
     pub fuzz: Option<Fuzz>,
     /// The model checker must find it, with this harness.
     pub model: Option<String>,
+    /// A solver must refute this theorem, which runs the code.
+    pub theorem: Option<String>,
     /// Tests must notice it, instead of properties and worlds: the arguments of `cargo test` that choose them.
     pub tests: Option<Vec<String>>,
 }
@@ -77,6 +79,8 @@ pub enum FaultEngine {
     Tests,
     /// The bounded model checker.
     Model,
+    /// A solver, with a theorem.
+    Theorem,
 }
 
 impl FaultEngine {
@@ -89,7 +93,14 @@ impl FaultEngine {
             Self::Fuzz => "fuzz",
             Self::Tests => "tests",
             Self::Model => "model",
+            Self::Theorem => "theorem",
         }
+    }
+
+    /// Whether it runs the copy with all switched faults. The other engines need a copy with one fault.
+    #[must_use]
+    pub fn runs_switched(self) -> bool {
+        matches!(self, Self::Proofs | Self::Hostile)
     }
 }
 
@@ -115,7 +126,8 @@ impl SeededFault {
         let first = if self.tests.is_some() { FaultEngine::Tests } else { FaultEngine::Proofs };
         let hostile = self.hostile.as_ref().map(|_| FaultEngine::Hostile);
         let model = self.model.as_ref().map(|_| FaultEngine::Model);
-        std::iter::once(first).chain(hostile).chain(model).collect()
+        let theorem = self.theorem.as_ref().map(|_| FaultEngine::Theorem);
+        std::iter::once(first).chain(hostile).chain(model).chain(theorem).collect()
     }
 
     /// Whether all of it lies in the kernel: then the properties of the kernel must notice it.

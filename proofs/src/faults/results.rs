@@ -8,11 +8,14 @@ use keepout_planner::file::write_whole;
 
 use super::{FaultEngine, SeededFault};
 
+/// Between the names of those that noticed a fault.
+const SEPARATOR: &str = " | ";
+
 /// What became of a seeded fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FaultFate {
-    /// This noticed it: a property, a world, a verdict of the collision monitor.
-    Noticed(String),
+    /// These noticed it: properties, harnesses, worlds, tests, or a verdict of the collision monitor.
+    Noticed(Vec<String>),
     /// Nothing noticed it.
     Survived,
     /// Nothing noticed it, and nothing can.
@@ -25,19 +28,19 @@ pub enum FaultFate {
 
 impl FaultFate {
     /// Its name in the table, and the detail.
-    fn fields(&self) -> (&str, &str) {
+    fn fields(&self) -> (&str, String) {
         match self {
-            Self::Noticed(by) => ("noticed", by),
-            Self::Survived => ("survived", ""),
-            Self::Equivalent => ("equivalent", ""),
-            Self::Undecided => ("undecided", ""),
-            Self::Unbuilt(why) => ("does not build", why),
+            Self::Noticed(by) => ("noticed", by.join(SEPARATOR)),
+            Self::Survived => ("survived", String::new()),
+            Self::Equivalent => ("equivalent", String::new()),
+            Self::Undecided => ("undecided", String::new()),
+            Self::Unbuilt(why) => ("does not build", why.clone()),
         }
     }
 
     fn of(name: &str, detail: &str) -> Option<Self> {
         Some(match name {
-            "noticed" => Self::Noticed(detail.into()),
+            "noticed" => Self::Noticed(detail.split(SEPARATOR).map(String::from).collect()),
             "survived" => Self::Survived,
             "equivalent" => Self::Equivalent,
             "undecided" => Self::Undecided,
@@ -55,9 +58,10 @@ impl FaultFate {
 
 impl std::fmt::Display for FaultFate {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.fields() {
-            (name, "") => f.write_str(name),
-            (name, detail) => write!(f, "{name}: {detail}"),
+        match self {
+            Self::Noticed(by) if by.len() > 1 => write!(f, "noticed: {}, and {} more", by[0], by.len() - 1),
+            Self::Noticed(_) | Self::Unbuilt(_) => write!(f, "{}: {}", self.fields().0, self.fields().1),
+            _ => f.write_str(self.fields().0),
         }
     }
 }

@@ -49,8 +49,7 @@ impl Workshop<'_> {
                 if !chosen(number, engine) {
                     continue;
                 }
-                let alone = matches!(engine, FaultEngine::Tests | FaultEngine::Model);
-                if fault.is_switched() && !alone && !built {
+                if fault.is_switched() && engine.runs_switched() && !built {
                     self.build_switched(catalogue)?;
                     built = true;
                 }
@@ -59,6 +58,7 @@ impl Workshop<'_> {
                     FaultEngine::Hostile => self.hostile(fault, number)?,
                     FaultEngine::Tests => self.tests(fault)?,
                     FaultEngine::Model => self.model(fault)?,
+                    FaultEngine::Theorem => self.theorem(fault)?,
                     _ if fault.is_switched() => self.check(&mut self.switched_check(number), fault)?,
                     _ => self.check_alone(fault)?,
                 };
@@ -133,7 +133,7 @@ impl Workshop<'_> {
                 ["evaluation panicked", "evaluation of constant value failed"].map(|end| text.contains(end));
             let noticed = asserted.contains(&true);
             let fate = if noticed {
-                FaultFate::Noticed("a constant assertion".into())
+                FaultFate::Noticed(vec!["a constant assertion".into()])
             } else {
                 FaultFate::Unbuilt(why)
             };
@@ -158,11 +158,31 @@ impl Workshop<'_> {
             checker.and_then(|checker| checker.check(&harnesses, 1, |_, _| {})).map_err(io::Error::other)?;
         Ok(match checked.first().map(|(harness, checked)| (harness.name, &checked.verdict)) {
             Some((name, ModelVerdict::Fails(inputs))) => {
-                FaultFate::Noticed(format!("{name} with the inputs {inputs:?}"))
+                FaultFate::Noticed(vec![format!("{name} with the inputs {inputs:?}")])
             }
             Some((_, ModelVerdict::Holds)) => FaultFate::Survived,
             Some((_, ModelVerdict::TimedOut)) => FaultFate::Undecided,
             other => FaultFate::Unbuilt(format!("{other:?}")),
+        })
+    }
+
+    /// Proves the fault's theorem, in a copy with the fault: the solver must refute it.
+    fn theorem(&self, fault: &SeededFault) -> io::Result<FaultFate> {
+        let tree = self.folder.join("alone");
+        tree::seed_one(&tree, fault)?;
+        let built = self.cargo(&tree, &["-p", "keepout-proofs", "--bin", "keepout-proofs"])?;
+        if !built.status.success() {
+            return Ok(FaultFate::Unbuilt(String::from_utf8_lossy(&built.stderr).lines().take(1).collect()));
+        }
+        let name = fault.theorem.clone().unwrap_or_default();
+        let mut command = Command::new("timeout");
+        command.arg(CHECK_S.to_string()).arg(self.folder.join("target/debug/keepout-proofs"));
+        let ran = command.args(["prove", "--single", "--only", &name]).output()?;
+        Ok(match ran.status.code() {
+            Some(0) => FaultFate::Survived,
+            Some(1) => FaultFate::Noticed(vec![name]),
+            Some(TIMED_OUT) => FaultFate::Undecided,
+            _ => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
         })
     }
 
@@ -183,7 +203,7 @@ impl Workshop<'_> {
         Ok(match (ran.status.code(), failed) {
             (Some(0), _) => FaultFate::Survived,
             (Some(TIMED_OUT), _) => FaultFate::Undecided,
-            (_, Some(name)) => FaultFate::Noticed(name.into()),
+            (_, Some(name)) => FaultFate::Noticed(vec![name.into()]),
             (_, None) => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
         })
     }
@@ -194,15 +214,14 @@ impl Workshop<'_> {
         let groups = if fault.is_in_kernel() { "" } else { OUTSIDE_THE_KERNEL };
         let ran = command.arg(groups).output()?;
         let text = String::from_utf8_lossy(&ran.stdout);
-        let failed = text.lines().find_map(|line| line.strip_prefix("fails: "));
-        Ok(match (ran.status.success(), failed) {
-            (true, _) => FaultFate::Survived,
-            (false, Some(name)) => FaultFate::Noticed(name.into()),
-            (false, None) if ran.status.code() == Some(TIMED_OUT) => FaultFate::Undecided,
-            (false, None) if matches!(ran.status.code(), Some(125..=127)) => {
-                FaultFate::Unbuilt("the program cannot be run".into())
-            }
-            (false, None) => FaultFate::Noticed("ends abnormally".into()),
+        let failed: Vec<String> =
+            text.lines().filter_map(|line| line.strip_prefix("fails: ")).map(String::from).collect();
+        Ok(match ran.status.code() {
+            Some(0) => FaultFate::Survived,
+            _ if !failed.is_empty() => FaultFate::Noticed(failed),
+            Some(TIMED_OUT) => FaultFate::Undecided,
+            Some(125..=127) => FaultFate::Unbuilt("the program cannot be run".into()),
+            _ => FaultFate::Noticed(vec!["ends abnormally".into()]),
         })
     }
 
@@ -217,7 +236,7 @@ impl Workshop<'_> {
         let ran = command.output()?;
         let text = String::from_utf8_lossy(&ran.stdout);
         Ok(match text.lines().find_map(|line| line.strip_prefix("verdict: ")) {
-            Some(verdict) => FaultFate::Noticed(verdict.into()),
+            Some(verdict) => FaultFate::Noticed(vec![verdict.into()]),
             None if ran.status.success() => FaultFate::Survived,
             None if ran.status.code() == Some(TIMED_OUT) => FaultFate::Undecided,
             None => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),

@@ -49,7 +49,7 @@ impl SeededFaults {
                 && self.from.is_none_or(|from| number >= from)
                 && (!self.left || !settled)
                 && (!self.kernel || fault.is_in_kernel())
-                && (!self.switched || fault.is_switched())
+                && (!self.switched || fault.is_switched() && engine.runs_switched())
         })?;
         let rows = results::read();
         let open: Vec<_> = catalogue.iter().filter(|fault| !results::is_settled(&rows, fault)).collect();
