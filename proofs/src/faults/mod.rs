@@ -133,7 +133,13 @@ impl SeededFault {
     /// Whether all of it lies in the kernel: then the properties of the kernel must notice it.
     #[must_use]
     pub fn is_in_kernel(&self) -> bool {
-        self.edits().all(|edit| edit.file.starts_with("kernel"))
+        self.is_under("kernel")
+    }
+
+    /// Whether all of it lies in a folder of the workspace.
+    #[must_use]
+    pub fn is_under(&self, folder: &str) -> bool {
+        self.edits().all(|edit| edit.file.starts_with(folder))
     }
 
     /// A digest of the edits. A result with another digest belongs to an earlier form of the fault.

@@ -12,6 +12,8 @@ use crate::model_check::tools::Tools;
 
 /// The property groups that notice faults outside the kernel.
 const OUTSIDE_THE_KERNEL: &str = "guard,heights,dialects";
+/// The group that notices faults of the dialects: a choice without the worlds, which run no dialect.
+const DIALECTS: &str = "dialects";
 
 /// Seconds that `check` may take for one fault.
 const CHECK_S: u64 = 600;
@@ -186,7 +188,7 @@ impl Workshop<'_> {
         })
     }
 
-    /// Runs the chosen tests in a copy with the fault, up to the first that fails.
+    /// Runs the chosen tests in a copy with the fault, up to the first program in which one fails.
     fn tests(&self, fault: &SeededFault) -> io::Result<FaultFate> {
         let tree = self.folder.join("alone");
         tree::seed_one(&tree, fault)?;
@@ -199,19 +201,27 @@ impl Workshop<'_> {
         command.env("CARGO_INCREMENTAL", "1").env("CARGO_PROFILE_TEST_DEBUG", "none");
         let ran = command.env("RUSTFLAGS", "--cap-lints allow").output()?;
         let text = String::from_utf8_lossy(&ran.stdout);
-        let failed = text.lines().find_map(|line| line.strip_prefix("---- ")?.strip_suffix(" stdout ----"));
-        Ok(match (ran.status.code(), failed) {
-            (Some(0), _) => FaultFate::Survived,
-            (Some(TIMED_OUT), _) => FaultFate::Undecided,
-            (_, Some(name)) => FaultFate::Noticed(vec![name.into()]),
-            (_, None) => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
+        let failed: Vec<String> = text
+            .lines()
+            .filter_map(|line| line.strip_prefix("---- ")?.strip_suffix(" stdout ----"))
+            .map(String::from)
+            .collect();
+        Ok(match ran.status.code() {
+            Some(0) => FaultFate::Survived,
+            Some(TIMED_OUT) => FaultFate::Undecided,
+            _ if !failed.is_empty() => FaultFate::Noticed(failed),
+            _ => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
         })
     }
 
     /// Runs `check` over the groups that can see the fault.
     #[expect(clippy::unused_self, reason = "beside its neighbours")]
     fn check(&self, command: &mut Command, fault: &SeededFault) -> io::Result<FaultFate> {
-        let groups = if fault.is_in_kernel() { "" } else { OUTSIDE_THE_KERNEL };
+        let groups = match () {
+            () if fault.is_in_kernel() => "",
+            () if fault.is_under("executor/src/dialect") => DIALECTS,
+            () => OUTSIDE_THE_KERNEL,
+        };
         let ran = command.arg(groups).output()?;
         let text = String::from_utf8_lossy(&ran.stdout);
         let failed: Vec<String> =
