@@ -55,23 +55,36 @@ macro_rules! targets {
 
 /// All targets. A test compares them with the programs in `fuzz_targets/` and in the manifest.
 pub const TARGETS: &[Target] = targets![
+    // Evidence for SR-16, SR-27.
     dxf_import,
     drawing,
+    // Evidence for SR-03.
     index,
     index_check,
+    // Evidence for SR-03.
     mesh,
+    // Evidence for SR-02, SR-04, SR-20.
     offset,
+    // Evidence for SR-01, SR-02, SR-04, SR-14.
     clear,
+    // Evidence for SR-16, SR-20.
     plan_file,
+    // Evidence for SR-23.
     session_log,
+    // Evidence for SR-29.
     machine_profile,
     small_files,
+    // Evidence for SR-18.
     grbl_decode,
     zaber_decode,
     venus_decode,
     described_decode,
+    // Evidence for SR-17.
     round_trip,
+    // Evidence for SR-28.
     panel,
+    // Evidence for SR-07, SR-12, SR-14, SR-22, SR-23, SR-25.
     supervisor,
+    // Evidence for SR-01.
     property,
 ];

@@ -1,5 +1,7 @@
 //! Clear queries: whether a point, a motion or a swept triangle is farther from the part than a threshold.
 //!
+//! Implements SR-02, SR-04, SR-06, SR-14.
+//!
 //! A [`FreePoint`] is a point that is certified clear and on the free side. Take a motion or swept triangle
 //! that starts at free points and keeps farther than the threshold from every edge. It cannot change sides.
 //! So these queries test only edges, and the type carries the induction.

@@ -1,5 +1,7 @@
 //! Clips a jog to its certified part: the longest clear prefix of a motion, and sliding along the wall.
 //!
+//! Implements SR-07.
+//!
 //! The code here only proposes. Each answer has passed [`ProhibitedRegion::motion`].
 
 use core::ops::ControlFlow;

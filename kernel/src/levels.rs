@@ -1,5 +1,7 @@
 //! TRUSTED. Levels: the part as a height field, and its prohibited region at each height of the tool.
 //!
+//! Implements SR-06.
+//!
 //! The tool is a cylinder from its tip upward. What is above the tool's cutting length, such as the shank and
 //! the holder, is outside this claim, and so is what lies above the machine's travel.
 //!

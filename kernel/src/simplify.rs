@@ -1,6 +1,8 @@
 //! TRUSTED. The simplified outline of a part: one chord replaces a run of chords, with a chord error that
 //! covers them.
 //!
+//! Implements SR-05.
+//!
 //! **Claim.** A shape that is clear of the simplified outline at a threshold is clear of the part at that
 //! threshold, and on the same side. Every corner of a run was found within the tolerance of its chord. The
 //! points near a segment form a convex set, so the chords of the run are within the tolerance too. The true

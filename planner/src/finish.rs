@@ -1,4 +1,6 @@
 //! The finishing toolpath along the profile, and the rest material: the stock that the tool cannot reach.
+//!
+//! Implements SR-16, SR-20.
 
 use keepout_kernel::curve::nearest_point;
 use keepout_kernel::exact::predicate::ray_crosses;

@@ -1,5 +1,7 @@
 //! Curves that are left out, and the check that they do not surround the part.
 //!
+//! Implements SR-27.
+//!
 //! A curve that is left out may be the part's own outline: it does not close, or it has a line type with gaps. Its
 //! holes would then become the part, and its material would become air. So such a curve around the part is a
 //! problem, unless the user states that it bounds no contour.

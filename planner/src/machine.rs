@@ -1,4 +1,6 @@
 //! Machine profiles: travel, dynamics and accuracy of a machine, as data.
+//!
+//! Implements SR-29.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};

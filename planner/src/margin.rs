@@ -1,5 +1,7 @@
 //! The margin M: the largest distance of the tool from its assumed place, as a sum of named terms.
 //!
+//! Implements SR-16.
+//!
 //! The uncertainty of the alignment ([`crate::align`]) is not a term: path and part come from one
 //! drawing, and shift together.
 

@@ -1,5 +1,7 @@
 //! The plan file: versioned, hashed and self-contained. A reader certifies the plan before use.
 //!
+//! Implements SR-20.
+//!
 //! Layout: the 12 bytes `KEEPOUT PLAN`, the version as `u16`, the SHA-256 of the payload, the payload
 //! (postcard). Numbers are little-endian.
 

@@ -1,4 +1,6 @@
 //! The profile: closed loops of lines and arcs on the lattice, and the part they bound.
+//!
+//! Implements SR-02, SR-04.
 
 use keepout_kernel::exact::bezier::Bezier;
 use keepout_kernel::exact::region::RegionError;

@@ -1,5 +1,7 @@
 //! Outlines that are drawn as strokes with width: two contours, one within the other, at a constant distance.
 //!
+//! Implements SR-27.
+//!
 //! Some programs plot a line of width w as the boundary of its ink. The material would then be a ribbon as thin as
 //! the ink, and the part itself would be air.
 

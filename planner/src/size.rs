@@ -1,4 +1,6 @@
 //! Questions about the size of a part: a wrong unit makes it implausible.
+//!
+//! Implements SR-27.
 
 use thiserror::Error;
 

@@ -1,4 +1,6 @@
 //! Contents of small text files that people write: profiles, setups, descriptions, scripts.
+//!
+//! Implements SR-29.
 
 use std::fmt::{self, Formatter};
 use std::marker::PhantomData;

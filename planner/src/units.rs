@@ -1,4 +1,6 @@
 //! Conversions between millimetres in `f64` and lattice units.
+//!
+//! Implements SR-16.
 
 use crate::{Box2, Mm2, Mm3};
 use keepout_kernel::curve::{nearest_point, nearest_unit};

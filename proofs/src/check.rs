@@ -22,6 +22,22 @@ const STATES: usize = 400_000;
 #[cfg(feature = "guard")]
 const MORE_STATES: usize = 60_000;
 
+/// The soaks: name, and a short run.
+pub const SOAKS: [(&str, fn(&mut Rng)); 3] = [
+    // Evidence for SR-01.
+    ("soak: predicates", |random| soak::predicates(random, 200_000)),
+    // Evidence for SR-02.
+    ("soak: arcs", |random| soak::arcs(random, 10_000)),
+    // Evidence for SR-03.
+    ("soak: families", |random| {
+        for family in Family::ALL {
+            for _ in 0..6 {
+                soak::family_queries(family, random);
+            }
+        }
+    }),
+];
+
 /// Runs the properties of the chosen groups, the harnesses on random inputs, the soaks and the worlds. Returns the
 /// names of all that fail in a quick run. Only while nothing fails, it runs properties and soaks in full, up to the
 /// first failure.
@@ -37,13 +53,14 @@ pub fn failures(word: &str) -> Vec<String> {
         .collect();
     let mut failed = Vec::new();
     let properties =
-        chosen.iter().map(|&property| quick(property.name, || fails(property, Property::run_quick)));
-    let harnesses =
-        keepout_harnesses::all().into_iter().map(|harness| quick(harness.name, || refuted(harness)));
+        chosen.iter().map(|&property| quick(property.name.into(), || fails(property, Property::run_quick)));
+    let harnesses = keepout_harnesses::all()
+        .into_iter()
+        .map(|harness| quick(format!("harness: {}", harness.name), || refuted(harness)));
     for answer in properties.chain(harnesses) {
         match answer {
             Answer::Holds => {}
-            Answer::Fails(name) => failed.push(name.into()),
+            Answer::Fails(name) => failed.push(name),
             // Its thread goes on and takes time from all others.
             Answer::Endless(name) => {
                 failed.push(format!("{name} (it does not end)"));
@@ -69,11 +86,11 @@ pub fn failures(word: &str) -> Vec<String> {
 /// The answer of a quick run.
 enum Answer {
     Holds,
-    Fails(&'static str),
-    Endless(&'static str),
+    Fails(String),
+    Endless(String),
 }
 
-fn quick(name: &'static str, fails: impl FnOnce() -> bool + Send + 'static) -> Answer {
+fn quick(name: String, fails: impl FnOnce() -> bool + Send + 'static) -> Answer {
     let (done, outcome) = mpsc::channel();
     std::thread::spawn(move || done.send(fails()));
     match outcome.recv_timeout(PATIENCE) {
@@ -96,20 +113,8 @@ fn soaked(word: &str) -> Option<String> {
     if !word.is_empty() && !word.contains("index") {
         return None;
     }
-    type Run = (&'static str, fn(&mut Rng));
-    let runs: [Run; 3] = [
-        ("soak: predicates", |random| soak::predicates(random, 200_000)),
-        ("soak: arcs", |random| soak::arcs(random, 10_000)),
-        ("soak: families", |random| {
-            for family in Family::ALL {
-                for _ in 0..6 {
-                    soak::family_queries(family, random);
-                }
-            }
-        }),
-    ];
     let fails = |run: fn(&mut Rng)| catch_unwind(|| run(&mut Rng::with_seed(11))).is_err();
-    runs.into_iter().find(|&(_, run)| fails(run)).map(|(name, _)| name.to_string())
+    SOAKS.into_iter().find(|&(_, run)| fails(run)).map(|(name, _)| name.to_string())
 }
 
 /// Adds the worlds in which the invariant does not hold.

@@ -51,6 +51,8 @@ pub mod square;
 pub mod table;
 #[cfg(feature = "solvers")]
 pub mod theorems;
+#[cfg(all(feature = "tools", feature = "guard", feature = "solvers"))]
+pub mod trace;
 #[cfg(feature = "guard")]
 pub mod wire;
 #[cfg(feature = "guard")]

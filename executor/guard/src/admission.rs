@@ -1,5 +1,7 @@
 //! TRUSTED. Admissions: the guard certifies a jog once, and sends it as certified.
 //!
+//! Implements SR-07, SR-14.
+//!
 //! [`Admissions`] borrows the guard exclusively. So the in-flight set cannot change between the certification
 //! of a target and its jog. An [`Admission`] cannot outlive it: the compiler rejects a stale one. The guard
 //! builds the hull of the in-flight set once for all targets that are tried.

@@ -1,5 +1,7 @@
 //! TRUSTED. Cancels: the guard certifies a cancel like a motion.
 //!
+//! Implements SR-11.
+//!
 //! Three arguments keep a cancelled jog away from the part. The known properties of the controller decide
 //! which one applies.
 //!

@@ -1,4 +1,6 @@
 //! TRUSTED. Evidence: a status report, and what is known of the query that it answers.
+//!
+//! Implements SR-08.
 
 use keepout_kernel::Place;
 

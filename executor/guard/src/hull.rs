@@ -1,4 +1,6 @@
 //! TRUSTED. The exact convex hull of a few points.
+//!
+//! Implements SR-07.
 
 use keepout_kernel::exact::segment::{Orientation, Window, distance_2, orientation};
 use keepout_kernel::{Convex, Point, Segment};

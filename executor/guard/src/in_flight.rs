@@ -1,5 +1,5 @@
 //! TRUSTED. The in-flight set: the confirmed position of the tool, and every target that the controller may
-//! still execute.
+//! still execute. Implements SR-07, SR-08, SR-09, SR-13.
 //!
 //! **Invariant.** The hull of the set is clear of the part at the threshold of its points. For a controller
 //! that drives straight ([`Interpolation::Linear`]) it is the convex hull. For one with non-interpolated axes

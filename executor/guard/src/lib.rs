@@ -1,5 +1,7 @@
 //! TRUSTED. The guard: it keeps the in-flight set, and it alone makes [`Certified`] motions.
 //!
+//! Implements SR-07, SR-08, SR-09, SR-10, SR-11.
+//!
 //! **Jogging.** The in-flight set holds the confirmed position of the tool and every target that the
 //! controller may still execute (`in_flight.rs`). The guard admits a new target only if the hull of the set
 //! and the target is clear of the part at the jogging clearance. The hull is convex: a straight motion from a

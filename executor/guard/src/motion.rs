@@ -1,4 +1,6 @@
 //! Certified motions and cancels, and the reasons for a refusal.
+//!
+//! Implements SR-24.
 
 use core::fmt;
 

@@ -1,4 +1,6 @@
 //! TRUSTED. The rules of one session: travel, clearances, and how the controller moves.
+//!
+//! Implements SR-13, SR-15.
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Height, Length};

@@ -1,4 +1,6 @@
 //! Time as a value. The caller passes it in, because the supervisor reads no clock.
+//!
+//! Implements SR-08.
 
 use core::time::Duration;
 

@@ -1,5 +1,7 @@
 //! Who may use the panel: the token, the browsers that entered with it, and the headers that a foreign page cannot
 //! send.
+//!
+//! Implements SR-28.
 
 use std::net::SocketAddr;
 use std::time::Duration;

@@ -1,6 +1,8 @@
 //! The gate between the browsers and the operator's input: it takes what the holder of the control lease sends, in
 //! order and in time.
 //!
+//! Implements SR-28.
+//!
 //! An input counts only while it is fresh. It expires [`INPUT_LIVES`] after it arrived. An input that a stalled network
 //! delivers late does not count: each message repeats the time stamp of the last state that the client has seen, and
 //! [`DELAY_MAX`] beyond the least round trip of this client it is too late.

@@ -1,4 +1,6 @@
 //! The control lease: one client steers, the others watch.
+//!
+//! Implements SR-28.
 
 use std::time::Duration;
 

@@ -1,4 +1,6 @@
 //! Lines of text from a controller, and numbers in them.
+//!
+//! Implements SR-17.
 
 use arrayvec::ArrayVec;
 use keepout_kernel::{Height, Place};

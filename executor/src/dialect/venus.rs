@@ -1,5 +1,5 @@
 //! Venus-1 of the ITK/Micos Corvus, in host mode: each word ends with a space, and the controller answers in
-//! lines.
+//! lines. Implements SR-12, SR-17, SR-18, SR-19.
 //!
 //! Sources:
 //! - The Corvus adapter of Micro-Manager and the Corvus eco manual: `st` (bit 0: busy), `p`, `move`, `abort`,

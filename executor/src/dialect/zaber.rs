@@ -1,5 +1,5 @@
 //! Zaber ASCII with streams: lines go through a live stream of axes 1 and 2 of device 1, and a checksum
-//! protects every message.
+//! protects every message. Implements SR-17, SR-18, SR-19.
 //!
 //! Sources:
 //! - The protocol manual's commands as other hosts use them: `stream 1 setup live 1 2`, `stream 1 line abs`,

@@ -1,4 +1,6 @@
 //! The distance between the cut contour and the profile, for the report after finishing.
+//!
+//! Implements SR-23.
 
 use std::collections::BTreeMap;
 

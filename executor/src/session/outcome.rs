@@ -1,4 +1,6 @@
 //! The outcome of a job. The terminal, the view, the event log, the replay, the report and the exit code all use it.
+//!
+//! Implements SR-23.
 
 use std::fmt;
 

@@ -1,4 +1,6 @@
 //! The place of the drawing on the machine, and the start place of the tool.
+//!
+//! Implements SR-15, SR-26.
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Height, Length, Point, Vector};

@@ -1,4 +1,6 @@
 //! Contact start and contouring: start at the wall, feed hold, cycle start and interruption.
+//!
+//! Implements SR-24.
 
 use keepout_guard::{Certification, ContourMotion, Refusal};
 use keepout_kernel::exact::arc::ArcError;

@@ -1,4 +1,6 @@
 //! Polling: status queries, their answers, and how long each takes.
+//!
+//! Implements SR-08.
 
 use std::collections::VecDeque;
 use std::time::Duration;

@@ -1,4 +1,6 @@
 //! The loaded plan: its part prepared for jogging, and the rules of the guard for it.
+//!
+//! Implements SR-16.
 
 use std::sync::Arc;
 

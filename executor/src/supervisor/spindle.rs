@@ -1,5 +1,7 @@
 //! The spindle: what the operator states of it, and the switch of a controller that has one.
 //!
+//! Implements SR-25.
+//!
 //! The operator starts it with two commands in a row, because a start can hurt someone. The supervisor switches only
 //! while the machine rests and no line is unanswered, and sends no motion before the switch is answered: so no answer
 //! to a switch can count for a motion.

@@ -1,5 +1,7 @@
 //! The start of a session: connection, settings, homing and location of the tool. Also the recovery after a
 //! fault.
+//!
+//! Implements SR-11, SR-19.
 
 use keepout_guard::{OnCancel, Time};
 use keepout_kernel::UNITS_PER_MM;

@@ -1,4 +1,6 @@
 //! The states of the supervisor.
+//!
+//! Implements SR-23.
 
 use keepout_kernel::{Curve, Place, Point};
 use keepout_planner::job::{ContourJob, Progress};

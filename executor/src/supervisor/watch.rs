@@ -1,4 +1,6 @@
 //! Replies, reports and silence of the controller.
+//!
+//! Implements SR-22.
 
 use std::time::Duration;
 

@@ -1,4 +1,6 @@
 //! Circular arcs on the lattice, and the check that a chain of chords follows an arc.
+//!
+//! Implements SR-02.
 
 use alloc::vec::Vec;
 use core::fmt;

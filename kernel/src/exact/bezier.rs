@@ -1,4 +1,4 @@
-//! Rational Bézier curves, and the check that a curve follows a chain of lines and arcs.
+//! Rational Bézier curves, and the check that a curve follows a chain of lines and arcs. Implements SR-02.
 
 use alloc::vec::Vec;
 use core::fmt;

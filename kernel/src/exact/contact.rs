@@ -1,4 +1,6 @@
 //! The search for two segments that meet, among many.
+//!
+//! Implements SR-04.
 
 use alloc::vec::Vec;
 use core::cell::OnceCell;

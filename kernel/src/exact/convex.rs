@@ -1,4 +1,6 @@
 //! Convex polygons of the lattice, and their distance tests against a threshold.
+//!
+//! Implements SR-01.
 
 use super::lattice::{Length, Point};
 use super::predicate::{self, Orientation, Proximity, Site};

@@ -1,4 +1,6 @@
 //! Coordinates, points, vectors and lengths on the integer lattice.
+//!
+//! Implements SR-01.
 
 use core::fmt;
 

@@ -1,5 +1,7 @@
 //! The predicates, generic over the integer width.
 //!
+//! Implements SR-01, SR-04, SR-14.
+//!
 //! Each function decides a statement about real geometry without rounding. "Near" means `distance ≤ r`: a
 //! distance equal to the threshold is not clear.
 

@@ -1,4 +1,6 @@
 //! A region: disjoint simple rings, nested to any depth, filled by the even–odd rule.
+//!
+//! Implements SR-04.
 
 use alloc::vec::Vec;
 use core::fmt;

@@ -1,4 +1,6 @@
 //! Closed simple rings of chords.
+//!
+//! Implements SR-02, SR-04.
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;

@@ -1,4 +1,6 @@
 //! Segments and triangles of the lattice, and their distance tests against a threshold.
+//!
+//! Implements SR-01, SR-03.
 
 use super::lattice::{COORD_MAX, Length, Point};
 use super::predicate::{self, Site};

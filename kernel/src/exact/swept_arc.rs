@@ -1,5 +1,7 @@
 //! The test whether a disc that runs along an arc stays clear of a chord.
 //!
+//! Implements SR-02.
+//!
 //! As in [`super::arc`], an arc stands for any curve that turns about its centre c and stays between ρ − 1
 //! and ρ + 2 from it. A chord is clear of the curve by more than t when one of four rules holds. Each rule is
 //! sound. Together they decide all cases but the last few units.

@@ -1,5 +1,7 @@
 //! Integer widths: the one place of the trusted core where the predicates add and multiply.
 //!
+//! Implements SR-01.
+//!
 //! The predicates are written once over [`Lattice`]. The product runs them at [`Product`] width. Exhaustive
 //! tests and model checkers run the same source at [`Narrow`] width.
 

@@ -1,4 +1,4 @@
-//! TRUSTED: squares of the plane with a known answer for one threshold.
+//! TRUSTED: squares of the plane with a known answer for one threshold. Implements SR-03.
 //!
 //! **Theorem.** In a checked [`Cells`] each closed square, clipped at the limits of the lattice, is one of
 //! four kinds. *Free*: no edge is within the threshold of any point of the square. *Blocked*: one edge is

@@ -1,5 +1,7 @@
 //! TRUSTED: the checker of the clearance index, and the descent that skips only checked boxes.
 //!
+//! Implements SR-03.
+//!
 //! **Theorem.** A [`CheckedIndex`] holds every edge in exactly one leaf, and each box contains everything
 //! below it. So a descent that enters every box that meets a window visits every edge whose own box meets
 //! that window.

@@ -1,6 +1,8 @@
 //! The clearance index: it finds the edges that a query must test, and stores known answers for a fixed
 //! threshold.
 //!
+//! Implements SR-01, SR-03.
+//!
 //! [`build`](mod@build) proposes bounding boxes over blocks of consecutive edges. [`check`] accepts them
 //! after exact comparisons and returns a [`CheckedIndex`]. All safety queries use a [`CheckedIndex`].
 //! [`Cells`] is an accelerator for one threshold: squares of the plane that are certified free, blocked, or

@@ -1,5 +1,7 @@
 //! TRUSTED: the threshold queries over a checked index. Each answer is exact over all edges.
 //!
+//! Implements SR-03, SR-14.
+//!
 //! The box of an edge includes its chord error. If the chord comes within a threshold T plus its chord error
 //! of a shape, the edge's box meets the box of the shape grown by T. [`CheckedIndex::search`] omits no such
 //! edge.

@@ -1,4 +1,6 @@
 //! The certificate "no gouge": every motion of a path keeps its distance from the part.
+//!
+//! Implements SR-02, SR-12.
 
 use core::fmt;
 

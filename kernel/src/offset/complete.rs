@@ -1,5 +1,7 @@
 //! The certificate "coverage": every stretch of the true offset has a loop beside it.
 //!
+//! Implements SR-20.
+//!
 //! **Claim.** Take a point at distance d from the profile, on the free side. It has a nearest profile point,
 //! and it lies on the offset shape of that point's edge or corner. So a walk along all offset shapes meets
 //! every such point. An edge covers a stretch when it comes nearer than d to all of it, by exact tests. No

@@ -1,5 +1,7 @@
 //! Proposes offset loops. Each edge and each convex corner has an offset shape. A cutter removes the parts of
 //! a shape that other edges cover. `stitch` joins the remaining pieces end to end.
+//!
+//! Implements SR-20.
 
 use alloc::vec::Vec;
 use core::ops::ControlFlow;

@@ -1,4 +1,6 @@
 //! The alignment file: how the workpiece lies on the machine, and how the alignment was measured.
+//!
+//! Implements SR-26, SR-29.
 
 use std::path::{Path, PathBuf};
 

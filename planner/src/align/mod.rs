@@ -1,6 +1,8 @@
 //! Alignment of the workpiece: the rotation and the offset from drawing coordinates to machine
 //! coordinates.
 //!
+//! Implements SR-26.
+//!
 //! A machine point is `R(rotation) · drawing + origin`. The fit uses probe points: points of the drawing
 //! to which the operator brought the tool's centre, or straight edges that a disc of known diameter
 //! touched.

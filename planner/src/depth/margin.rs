@@ -1,4 +1,6 @@
 //! The height margin: how far the tip of the tool can be below its commanded height, as a sum of named terms.
+//!
+//! Implements SR-16.
 
 use keepout_kernel::{LatticeError, Length};
 use serde::{Deserialize, Serialize};

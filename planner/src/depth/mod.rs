@@ -1,5 +1,7 @@
 //! The third axis of a plan: the heights of the part, the depth passes, and how the tool enters the stock.
 //!
+//! Implements SR-20.
+//!
 //! Height zero is the top of the part, and of the stock. The contours of the drawing divide the plane into faces.
 //! Material stands up to height zero, and openings go through, unless a depth is given for a contour: then the face
 //! just inside that contour lies so far below the top. So a depth makes a pocket, a step or a lower island.

@@ -1,5 +1,7 @@
 //! Drops contours that are drawn twice, not quite in the same place. The ring between them is as thin as the
 //! joining tolerance, so it is not a wall of the part.
+//!
+//! Implements SR-27.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;

@@ -1,5 +1,7 @@
 //! The placement of an entity's own coordinates in the drawing: an affine map of space, then a projection
 //! onto the xy plane.
+//!
+//! Implements SR-27.
 
 use std::f64::consts::{PI, TAU};
 

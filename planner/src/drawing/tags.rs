@@ -1,4 +1,6 @@
 //! The scanner: reads DXF bytes, ASCII or binary, as a stream of group codes and values.
+//!
+//! Implements SR-27.
 
 use super::damage::{Damage, FilePlace};
 

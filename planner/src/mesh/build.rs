@@ -1,6 +1,8 @@
 //! Construction of the mesh: points along a space-filling curve, then the chords in the order of the
 //! profile, then flat arrays.
 //!
+//! Implements SR-03.
+//!
 //! `spade`'s bulk load of points and constraints together is slow on round outlines. Single insertion of
 //! points along a Morton curve, each beside the one before, takes near-linear time. So does the insertion
 //! of constraints in ring order.

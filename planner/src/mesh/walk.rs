@@ -1,4 +1,6 @@
 //! Walk over the mesh: the triangle that holds a point, and the edge nearest to it.
+//!
+//! Implements SR-03.
 
 use keepout_kernel::Vec2;
 use keepout_kernel::exact::lattice::Point;

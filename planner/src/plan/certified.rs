@@ -1,4 +1,6 @@
 //! The certificate of a plan, and the certified plan.
+//!
+//! Implements SR-16, SR-20.
 
 use std::sync::{Arc, OnceLock};
 

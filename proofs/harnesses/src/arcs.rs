@@ -10,6 +10,7 @@ use crate::lattice::at;
 use crate::{Cases, harnesses};
 
 harnesses! {
+    // Evidence for SR-02.
     "kernel/src/exact/arc.rs" {
         arcs_end_on_their_circle:
             "an arc of radius 64 ends at most 1 unit inside and 2 units outside of its circle",

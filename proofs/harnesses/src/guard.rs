@@ -17,6 +17,7 @@ use crate::parts::square;
 use crate::{Cases, harnesses};
 
 harnesses! {
+    // Evidence for SR-08.
     "executor/guard/src/time.rs" {
         times_add_up_to_the_last_moment:
             "a moment after a span is later by it, or the last moment", "every moment, spans of up to 2^32 µs",
@@ -24,6 +25,7 @@ harnesses! {
         time_since_a_later_moment_is_zero:
             "the time since a moment is the difference, or zero", "every pair of moments", unwind 1;
     }
+    // Evidence for SR-24.
     "executor/guard/src/motion.rs" {
         overrides_only_slow:
             "a feed under an override is no faster, and not zero unless the feed is", "every feed and percentage",
@@ -31,16 +33,19 @@ harnesses! {
         overrides_are_within_their_range:
             "an override is 25 to 100 per cent, and the given one within that range", "every percentage", unwind 1;
     }
+    // Evidence for SR-13, SR-15.
     "executor/guard/src/rules.rs" {
         permitted_heights_are_within_the_travel:
             "a height is permitted exactly from the lowest to the highest", "every three heights", unwind 1;
         heights_are_certified_lower_by_the_margin:
             "the certified height is lower by the margin, or the lowest", "every height and margin", unwind 1;
     }
+    // Evidence for SR-08.
     "executor/guard/src/evidence.rs" {
         rest_needs_an_empty_queue:
             "a report shows rest only at rest, with no queue and nothing waiting", "every such report", unwind 1;
     }
+    // Evidence for SR-08, SR-10.
     "executor/guard/src/lib.rs" {
         acknowledgements_need_a_line:
             "the guard counts an acknowledgement only for a line that was sent",
@@ -48,6 +53,7 @@ harnesses! {
         a_rejected_line_stays_in_the_set:
             "the target of a rejected line stays in the in-flight set", "a line acknowledged or not", unwind 32;
     }
+    // Evidence for SR-11.
     "executor/guard/src/cancel.rs" {
         cancels_are_never_sent_where_there_are_none:
             "a guard of a controller without a cancel permits none", "with or without a line in flight", unwind 32;
@@ -58,6 +64,7 @@ harnesses! {
             "after a cancel that may leave the path no jog is admitted before rest",
             "five targets beside the tool", unwind 32;
     }
+    // Evidence for SR-12.
     "executor/guard/src/contour.rs" {
         contours_wait_for_each_line:
             "the next motion is handed out only after the one before is acknowledged", "acknowledged or not", unwind 32;

@@ -11,6 +11,7 @@ use crate::lattice::point;
 use crate::{Cases, harnesses};
 
 harnesses! {
+    // Evidence for SR-03.
     "kernel/src/index/check.rs" {
         nodes_meet_as_their_boxes_do:
             "a node names a lane exactly when its box meets the window",

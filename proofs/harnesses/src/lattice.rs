@@ -7,6 +7,7 @@ use keepout_kernel::{Coord, Height, Length, Point, Vector};
 use crate::{Cases, harnesses};
 
 harnesses! {
+    // Evidence for SR-01.
     "kernel/src/exact/lattice.rs" {
         coordinates_are_those_within_the_bound:
             "a coordinate accepts exactly the numbers up to 2^29, and keeps them", "every i64", unwind 1;

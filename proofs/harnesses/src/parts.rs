@@ -9,6 +9,7 @@ use crate::lattice::{at, length};
 use crate::{Cases, harnesses};
 
 harnesses! {
+    // Evidence for SR-12.
     "kernel/src/offset/certify.rs" {
         certified_paths_are_joined:
             "a path is certified only when each line begins where the one before it ends",

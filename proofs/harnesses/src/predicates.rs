@@ -11,6 +11,7 @@ use keepout_kernel::exact::width::Narrow;
 use crate::{Cases, harnesses};
 
 harnesses! {
+    // Evidence for SR-01.
     "kernel/src/exact/predicate.rs" {
         orientation_is_the_sign_of_the_determinant:
             "orientation is the sign of (b − a) × (c − a)", "a at the origin, b and c within ±7", unwind 1;
@@ -49,12 +50,14 @@ harnesses! {
             "a segment that ends in a box is near it at every r", "coordinates within ±2, r up to 4", unwind 5;
         polygons_hold_their_corners:
             "a polygon of three corners holds each of them", "corners within ±1", unwind 5;
+        // Evidence for SR-04.
         rays_count_an_edge_in_both_directions:
             "a ray crosses an edge exactly when it crosses the reversed edge", "coordinates within ±3", unwind 1;
         rays_pass_level_edges:
             "a ray crosses no edge along x", "every narrow point", unwind 1;
         rays_cross_two_edges_at_a_peak_or_none:
             "at the common end of two edges above the ray, both count or none", "coordinates within ±2", unwind 1;
+        // Evidence for SR-14.
         a_motion_of_no_length_recedes:
             "a motion of length zero comes nearer to nothing", "coordinates within ±3", unwind 1;
         receding_motions_end_no_nearer:

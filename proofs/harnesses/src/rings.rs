@@ -10,6 +10,7 @@ use crate::lattice::{at, near_origin};
 use crate::{Cases, harnesses};
 
 harnesses! {
+    // Evidence for SR-04.
     "kernel/src/exact/ring.rs" {
         insides_are_between_the_sides:
             "a point is inside a square exactly when it is strictly between its sides",
@@ -20,6 +21,7 @@ harnesses! {
             "a point in the inner one of two squares is outside of the region",
             "squares of 12 and 4 units, points within ±2 of the middle", unwind 24;
     }
+    // Evidence for SR-01.
     "kernel/src/exact/convex.rs" {
         convex_polygons_are_asked_at_every_side:
             "a quadrangle with a corner that turns right is no convex polygon",

@@ -8,6 +8,7 @@ use crate::lattice::{length, point};
 use crate::{Cases, harnesses};
 
 harnesses! {
+    // Evidence for SR-01, SR-03.
     "kernel/src/exact/segment.rs" {
         windows_meet_when_their_common_part_holds_a_point:
             "boxes meet exactly when their common part is not empty", "every pair of boxes", unwind 1;

@@ -21,6 +21,8 @@ const SEEDED: &str = "seeded";
 pub struct SeededFault {
     /// What is wrong.
     pub name: String,
+    /// The safety requirement that it breaks, such as "SR-07".
+    pub requirement: String,
     /// The first edit's file.
     file: PathBuf,
     /// The text that the first edit replaces; it is in the file once.

@@ -15,6 +15,7 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "arcs and curves", "kernel/src/exact/arc.rs, swept_arc.rs, bezier.rs";
+    // Evidence for SR-02.
     arcs_are_believed_exactly_when_their_ends_fit |d| {
         let [from, to] = around(d);
         arcs_are_believed_exactly_when_their_ends_fit(from, to, d.coin())

@@ -14,6 +14,7 @@ use crate::property::properties;
 
 properties! {
     "dialects", "executor/src/dialect/";
+    // Evidence for SR-18.
     short_byte_strings_are_decoded |d| {
         let (which, begin) = (d.one_of(DIALECTS), d.one_of(BEGINNINGS.len()));
         let bytes: Vec<u8> = (0..2).map(|_| byte(d)).collect();
@@ -52,6 +53,7 @@ properties! {
         => "GRBL: the first answer after a switch of the spindle is taken for the switch, and acknowledges no \
             motion, whatever is reported between; the answer after it acknowledges a motion";
         every 1 random 5_000;
+    // Evidence for SR-17.
     jogs_are_written_exactly |d|
         jogs_are_written_exactly(
             (d.int(-(1 << 28), 1 << 28), d.int(-(1 << 28), 1 << 28)),

@@ -21,6 +21,7 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "guard", "executor/guard/src/";
+    // Evidence for SR-07.
     hull_holds_its_points_and_no_others |d| {
         let set: Vec<Xy> = (0..3).map(|_| d.point()).collect();
         hull_holds_its_points_and_no_others(&set, d.point())
@@ -51,6 +52,7 @@ properties! {
         => "after any jogs, every triangle of the set's points, or the box around them, keeps the jogging \
             clearance";
         random 8_000;
+    // Evidence for SR-11.
     admitted_cancels_keep_their_reach_clear |d| {
         let (speed, brakes) = (d.int(0, 6), d.int(1, 40));
         admitted_cancels_keep_their_reach_clear([field(d), field(d), field(d)], [speed, brakes], d.coin())
@@ -59,6 +61,7 @@ properties! {
             the stopping distance added; no jog and no second cancel is admitted before the tool is at \
             rest";
         random 20_000;
+    // Evidence for SR-08, SR-09.
     reports_are_never_farther_than_they_were |d| {
         let share = d.int(0, 16);
         reports_are_never_farther_than_they_were(
@@ -75,6 +78,7 @@ properties! {
         => "a report farther than twice the resolution from the set is refused and does not change the \
             set";
         random 20_000;
+    // Evidence for SR-08, SR-10.
     acknowledgements_are_counted |d| {
         let acts: Vec<usize> = (0..12).map(|_| d.one_of(5)).collect();
         acknowledgements_are_counted(&acts)
@@ -92,9 +96,11 @@ properties! {
         => "a rejected line does not count as completed: the target before it stays in the set while one \
             motion is queued";
         random 5_000;
+    // Evidence for SR-14.
     one_way_out_at_a_time |d| one_way_out_at_a_time(field(d), field(d), field(d))
         => "after a retract move no other is admitted until the tool is in position";
         random 40_000;
+    // Evidence for SR-12.
     contours_go_on_one_by_one |d| {
         let path: Vec<Xy> = (0..5).map(|_| (d.int(-4000, -400), d.int(-3000, 9000))).collect();
         contours_go_on_one_by_one(&path, d.coin())
@@ -119,6 +125,7 @@ properties! {
         places_on_arcs_are_told(rim(d), rim(d), [rim(d), field(d)][d.one_of(2)], d.coin())
         => "a report during an arc is accepted only near the arc, and always on the arc";
         random 40_000;
+    // Evidence for SR-24.
     slowed_motions_differ_in_their_feed_alone |d| {
         let (percent, more) = (d.int(0, 255), d.int(0, 255));
         slowed_motions_differ_in_their_feed_alone([field(d), field(d)], [percent, more], d.int(0, 20_000))
@@ -126,6 +133,7 @@ properties! {
         => "under a feed override a motion of a contour has the same curve and heights, a feed of at most the planned \
             one, at least a quarter of it, and never less under a higher override; a jog stays as it is";
         random 20_000;
+    // Evidence for SR-15.
     jogs_beyond_the_travel_are_refused |d|
         jogs_beyond_the_travel_are_refused((d.int(-40_000, 40_000), d.int(-40_000, 40_000)))
         => "no admitted jog leads beyond the travel or is shorter than the controller resolves";

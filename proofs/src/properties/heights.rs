@@ -18,6 +18,7 @@ use crate::square::{height, place};
 
 properties! {
     "heights", "executor/guard/src/";
+    // Evidence for SR-13.
     jogs_are_clear_of_what_stands_above_the_lowest_height |d| {
         let targets: Vec<(Xyz, bool)> = (0..6).map(|_| (space(d), d.coin())).collect();
         jogs_are_clear_of_what_stands_above_the_lowest_height(space(d), &targets, d.coin())
@@ -38,6 +39,7 @@ properties! {
         => "a rise is admitted from every place where the guard takes lines, also inside the jogging \
             clearance; a lowering is not admitted as a rise";
         random 40_000;
+    // Evidence for SR-08.
     heights_rise_by_evidence_only |d| {
         let mut reports: Vec<i64> = (0..4).map(|_| d.int(0, 16)).collect();
         reports.sort_unstable();
@@ -46,11 +48,13 @@ properties! {
         => "while the tool rises, the lowest height of the set is at most the greatest reported height so far, \
             and without a checksum the greatest but one";
         random 40_000;
+    // Evidence for SR-09.
     reported_heights_off_the_set_are_refused |d|
         reported_heights_off_the_set_are_refused(space(d), d.int(LOWEST, HIGHEST), d.int(LOWEST - 50, HIGHEST + 50))
         => "a report more than two resolutions above or below the heights of the set is refused, and a report \
             never lowers the lowest height";
         random 40_000;
+    // Evidence for SR-12, SR-13.
     contours_are_certified_at_their_lowest_heights |d| {
         let path: Vec<Xyz> = (0..4).map(|_| space(d)).collect();
         contours_are_certified_at_their_lowest_heights(&path, d.one_of(8), [d.coin(), d.coin()]);
@@ -62,6 +66,7 @@ properties! {
         => "a contour is certified exactly when its motions join in height too, stay within the heights of \
             travel, and are clear of what stands above the lower end of each, less the height margin";
         random 20_000;
+    // Evidence for SR-14.
     ways_out_do_not_lead_down |d| {
         let from = (500 + d.int(FINISHING, CLEARANCE - 1), d.int(1000, 6000), d.int(POCKET + 20, 0));
         ways_out_do_not_lead_down([from, (d.int(1000, 4000), d.int(1000, 6000), d.int(POCKET + 11, 10))])
@@ -69,11 +74,13 @@ properties! {
         => "from inside the jogging clearance, a retract move into the middle of the pocket is admitted exactly \
             when it does not lower the tool";
         random 20_000;
+    // Evidence for SR-15.
     heights_beyond_the_travel_are_refused |d|
         heights_beyond_the_travel_are_refused(d.int(LOWEST - 300, HIGHEST + 300))
         => "no admitted jog or rise leads above or below the travel, or changes the height by less than the \
             controller resolves";
         random 20_000;
+    // Evidence for SR-11.
     cancels_may_sink |d|
         cancels_may_sink([space(d), space(d)], d.int(0, 3))
         => "a cancel that may leave the path is admitted only if the hull is clear of what stands above the \

@@ -18,6 +18,7 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "index", "kernel/src/index/check.rs, query.rs, cells.rs";
+    // Evidence for SR-03.
     accepted_index_overlooks_no_edge |d| {
         let edges = edges(d, 2);
         accepted_index_overlooks_no_edge(&edges, proposal(d, &edges), window(d))

@@ -12,6 +12,7 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "lattice", "kernel/src/exact/lattice.rs, segment.rs";
+    // Evidence for SR-01.
     coordinates_are_those_within_the_bound |d| coordinates_are_those_within_the_bound(any(d))
         => "a coordinate or a length accepts exactly the numbers within its bound, and keeps the number";
         random 200_000;
@@ -28,6 +29,7 @@ properties! {
     small_lengths_are_what_they_say |d| small_lengths_are_what_they_say(d.int(0, 255))
         => "lengths for constants have the stated number of units, or of millimetres";
         every 1 random 1_000;
+    // Evidence for SR-01, SR-03.
     grown_windows_hold_what_is_within_reach |d|
         grown_windows_hold_what_is_within_reach([d.point(), d.point()], d.point(), d.radius())
         => "a window grown by r holds exactly the points within r of it in both coordinates";

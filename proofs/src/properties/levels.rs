@@ -13,6 +13,7 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "levels", "kernel/src/levels.rs, clear.rs, exact/region.rs";
+    // Evidence for SR-06.
     levels_hold_what_stands_above_the_tip |d|
         if let Some(field) = field(d) {
             levels_hold_what_stands_above_the_tip(&field, d.point(), tip(d))

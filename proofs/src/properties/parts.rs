@@ -15,6 +15,7 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "parts", "kernel/src/clear.rs, clip.rs, simplify.rs";
+    // Evidence for SR-04.
     free_points_are_clear_and_on_the_free_side |d|
         if let Some(part) = part(d) {
             free_points_are_clear_and_on_the_free_side(&part, d.point(), d.radius())
@@ -38,6 +39,7 @@ properties! {
         => "every point of an accepted motion or swept triangle from free points is free, at the same \
             threshold";
         random 40_000;
+    // Evidence for SR-14.
     ways_out_come_nearer_to_nothing |d|
         if let Some(part) = part(d) {
             ways_out_come_nearer_to_nothing(&part, [d.point(), d.point()], d.radius(), d.int(0, 16))
@@ -47,6 +49,7 @@ properties! {
         => "a retract move stays on the free side, and no edge within the threshold of one of its points \
             is nearer there than at its start";
         random 40_000;
+    // Evidence for SR-07.
     clipped_motions_are_clear_prefixes |d|
         if let Some(part) = part(d) {
             let cells = d.coin();
@@ -70,6 +73,7 @@ properties! {
         => "the part of a jog input along a wall does not lead into the wall, and is no longer than the \
             input";
         random 20_000;
+    // Evidence for SR-03.
     prepared_parts_answer_as_their_index |d|
         if let Some(part) = part(d) {
             let way: Vec<Xy> = (0..6).map(|_| d.point()).collect();
@@ -87,6 +91,7 @@ properties! {
         }
         => "clearance is a lower bound on the distance to every edge, within three units";
         random 20_000;
+    // Evidence for SR-05.
     what_is_clear_of_the_coarse_part_is_clear_of_the_part |d|
         if let Some(part) = wavy(d) {
             let tolerance = d.int(0, 30);

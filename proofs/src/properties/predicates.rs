@@ -11,6 +11,7 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "predicates", "kernel/src/exact/predicate.rs";
+    // Evidence for SR-01.
     orientation_is_the_sign_of_the_area |d|
         orientation_is_the_sign_of_the_area::<D::Width>(d.point(), d.point(), d.point())
         => "orientation is the sign of the area; a swap changes the sign, a rotation does not";
@@ -78,10 +79,12 @@ properties! {
         => "a segment near a motion from any point of the old motion to the new target is near the swept \
             triangle";
         every 1 random 100_000;
+    // Evidence for SR-14.
     receding_never_comes_nearer |d|
         receding_never_comes_nearer::<D::Width>(d.point(), d.point(), d.point(), d.point())
         => "a motion recedes exactly when no point of it is nearer than its start";
         every 3 random 200_000;
+    // Evidence for SR-01.
     box_segment_is_exact |d| {
         let (p, a) = (d.point(), d.point());
         box_segment_is_exact::<D::Width>(p, d.point(), a, d.point(), d.threshold(p, a))

@@ -13,6 +13,7 @@ use crate::property::{passed_over, properties};
 
 properties! {
     "rings and regions", "kernel/src/exact/ring.rs, region.rs, contact.rs";
+    // Evidence for SR-04.
     triangles_and_quadrangles_are_rings_exactly_when_simple |d| {
         let count = 3 + d.one_of(2);
         ring_is_believed_exactly_when_simple(&polygon(d, count))

@@ -45,6 +45,7 @@ pub(super) const MEETS: Contract<9, 1> = Contract {
 
 /// The theorem about a segment that meets a box.
 pub const BOX_MET: Theorem = Theorem {
+    // Evidence for SR-03.
     name: MET,
     source: "predicate::box_segment",
     claim: "if a segment meets a box, one of its ends is in the box, a corner of the box is on it, or it \

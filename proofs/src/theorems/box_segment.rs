@@ -44,6 +44,7 @@ const NEAR: Contract<9, 3> = Contract {
 
 /// Box–segment.
 pub const BOX_SEGMENT: Theorem = Theorem {
+    // Evidence for SR-01.
     name: BOX,
     source: "predicate::box_segment",
     claim: "near exactly when a point of the closed box is within r of a point of the segment, for r ≥ 0",

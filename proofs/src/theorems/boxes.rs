@@ -37,6 +37,7 @@ pub const NEAR: Contract<7, 2> = Contract {
 
 /// Box–point.
 pub const BOX_POINT: Theorem = Theorem {
+    // Evidence for SR-03.
     name: BOX_POINT_NAME,
     source: "predicate::box_point",
     claim: "near exactly when a point of the closed box is within r of the point, for r ≥ 0",

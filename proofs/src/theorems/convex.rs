@@ -43,6 +43,7 @@ const SEGMENT_MAX: usize = 6;
 
 /// The theorem about the points that a polygon holds.
 pub const CONVEX_HOLDS: Theorem = Theorem {
+    // Evidence for SR-01.
     name: "convex_holds",
     source: "predicate::convex_holds, Convex::holds",
     claim: "yes exactly for points of the hull of the corners, when no corner is right of a side (run for \

@@ -17,6 +17,7 @@ fn total(numbers: &[Term]) -> Term {
 
 /// The theorem about the convexity of the in-flight set.
 pub const CONVEX_SET: Theorem = Theorem {
+    // Evidence for SR-07.
     name: "in_flight_is_convex",
     source: "executor: guard::in_flight (both shapes of motion)",
     claim: "a straight motion from a point of the hull of up to 14 points to one of the points stays in \

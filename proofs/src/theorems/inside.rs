@@ -83,6 +83,7 @@ pub(super) fn unknown_corners() -> [V; 3] {
 
 /// The theorem about points strictly inside.
 pub const STRICTLY_INSIDE: Theorem = Theorem {
+    // Evidence for SR-01.
     name: INSIDE,
     source: "predicate::strictly_inside",
     claim: "yes exactly when the point is a mean of the corners with positive weights, and the triangle \

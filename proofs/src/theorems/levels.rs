@@ -9,6 +9,7 @@ use crate::smt::term::Term;
 
 /// The theorem that a certificate at a height holds at every greater height.
 pub const MONOTONE: Theorem = Theorem {
+    // Evidence for SR-06.
     name: "levels_are_monotone",
     source: "kernel: levels::Levels::new, Levels::at",
     claim: "the prohibited region of a height contains that of every greater height; a shape outside the \

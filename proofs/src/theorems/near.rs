@@ -48,6 +48,7 @@ pub const LONGER: Contract<6, 0> = Contract {
 
 /// The triangle inequality.
 pub const TRIANGLE_INEQUALITY: Theorem = Theorem {
+    // Evidence for SR-01, SR-03.
     name: INEQUALITY,
     source: "(plane geometry)",
     claim: "a vector longer than p and one of length z or less are more than p − z apart, for z ≤ p",

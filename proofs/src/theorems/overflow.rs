@@ -20,6 +20,7 @@ const FAR: i128 = 1 << 31;
 
 /// The theorem that no operation overflows.
 pub const OVERFLOW: Theorem = Theorem {
+    // Evidence for SR-01.
     name: "no_overflow",
     source: "all of predicate.rs, at the width Product",
     claim: "with coordinates of at most 2^29 and lengths from 0 to 2^29, every difference fits i32, every \

@@ -8,6 +8,7 @@ use crate::smt::term::whole;
 
 /// The theorem about the pieces of a swept arc.
 pub const SWEPT_PIECES: Theorem = Theorem {
+    // Evidence for SR-02.
     name: "swept_arc_pieces",
     source: "SweptArc::reaches_before, push_halves, follows; ArcChords::check",
     claim: "let two corners be less than half a turn apart: a ray between them lies between the first and \

@@ -34,6 +34,7 @@ pub const NEAR: Contract<7, 1> = Contract {
 
 /// Point–segment.
 pub const POINT_SEGMENT: Theorem = Theorem {
+    // Evidence for SR-01.
     name: NAME,
     source: "predicate::point_segment",
     claim: "near exactly when there is t in [0, 1] with |p − a − t(b − a)| ≤ r, for r ≥ 0",

@@ -10,6 +10,7 @@ use crate::smt::term::{Term, square};
 
 /// The theorem about boxes that a query around a polygon may skip.
 pub const POLYGON_PRUNING: Theorem = Theorem {
+    // Evidence for SR-03.
     name: "polygon_pruning",
     source: "index::query (Around), Window::grown, side_of",
     claim: "let a polygon not lie right of a side's line: a box that, grown by T, is wholly right of that \

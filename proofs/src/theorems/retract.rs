@@ -12,6 +12,7 @@ use crate::smt::term::{Term, whole};
 
 /// The theorem about receding motions.
 pub const RECEDES: Theorem = Theorem {
+    // Evidence for SR-14.
     name: "recedes",
     source: "predicate::retract",
     claim: "yes: no point of the motion is nearer to any point of the segment than its start is to the \

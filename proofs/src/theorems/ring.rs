@@ -8,6 +8,7 @@ use crate::smt::term::{Term, whole};
 
 /// The theorem about the short cut of `touches`.
 pub const TOUCHES: Theorem = Theorem {
+    // Evidence for SR-04.
     name: "touches",
     source: "Segment::touches",
     claim: "segments have no common point if one lies strictly on one side of the other's line; else the \

@@ -50,6 +50,7 @@ fn moved(s: Term, s0: Term, way: Term) -> Term {
 
 /// The theorem that an end decides.
 pub const SEGMENT_ENDS: Theorem = Theorem {
+    // Evidence for SR-01.
     name: ENDS,
     source: "predicate::segment_segment",
     claim: "segments that do not cross properly are nearest at an end of one of them",

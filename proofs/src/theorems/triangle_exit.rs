@@ -43,6 +43,7 @@ fn is_exit(p: Term, z: Term, way: Term) -> Fact {
 
 /// The theorem about leaving a triangle.
 pub const TRIANGLE_EXIT: Theorem = Theorem {
+    // Evidence for SR-01.
     name: EXIT,
     source: "predicate::triangle_segment",
     claim: "a straight way from a point of the filled triangle to one that is not strictly inside meets a \

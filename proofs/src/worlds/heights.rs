@@ -35,6 +35,7 @@ fn jogs(name: &'static str, targets: &'static [Xyz], budget: [u8; 4], trouble: T
 fn impaired() -> Vec<World> {
     let over: &[Xyz] = &[OVER, LOW, TOO_LOW];
     vec![
+        // Evidence for SR-08, SR-13.
         jogs("heights: rise, cross, lower", over, [3, 4, 0, 0], QUIET),
         jogs("heights: cancels", &[OVER, RISEN, DEEP], [3, 3, 1, 0], QUIET),
         jogs("heights: lines and answers are lost", over, [2, 4, 0, 0], Trouble { lost: 1, ..QUIET }),
@@ -87,6 +88,7 @@ fn errors() -> Vec<World> {
             drive: MotionModel { strays: true, ..CLIMBING },
             start: (-600, -600, 400),
             ..jogs(
+                // Evidence for SR-11, SR-13.
                 "heights: cancels that leave the path",
                 &[(-600, 900, 400), (-600, 900, 100)],
                 [2, 4, 1, 0],
@@ -96,6 +98,7 @@ fn errors() -> Vec<World> {
         World {
             start: (-60, 200, -100),
             ..jogs(
+                // Evidence for SR-13, SR-14.
                 "heights: ways out and up",
                 &[(-300, 200, -100), (-60, 600, -100), OVER],
                 [3, 4, 0, 0],
@@ -113,6 +116,7 @@ const PLUNGE: &[Xyz] =
 fn contours() -> Vec<World> {
     vec![
         World {
+            // Evidence for SR-12, SR-13.
             name: "heights: contour with a plunge",
             start: (-108, -108, 50),
             contour: PLUNGE,

@@ -42,6 +42,7 @@ const QUIET: Trouble =
 
 /// A world of jogs around the part.
 const JOGS: World = World {
+    // Evidence for SR-07, SR-08.
     name: "delays and cancels",
     start: SOUTH,
     targets: AROUND,
@@ -57,6 +58,7 @@ const JOGS: World = World {
 
 /// A contour along the part. A tool that skips one of its corners cuts through the part.
 const CONTOUR: World = World {
+    // Evidence for SR-12.
     name: "contour",
     start: (-108, -108, 0),
     targets: &[],
@@ -84,6 +86,7 @@ fn with(name: &'static str, budget: [u8; 4], trouble: Trouble) -> World {
 fn lines() -> Vec<World> {
     vec![
         JOGS,
+        // Evidence for SR-07, SR-08, SR-10.
         with("lines and answers are lost", [2, 3, 1, 0], Trouble { lost: 1, ..QUIET }),
         with("lines and answers change places", [2, 3, 1, 0], Trouble { swapped: 1, ..QUIET }),
         World {
@@ -161,6 +164,7 @@ fn machines() -> Vec<World> {
             ..with("axes that run apart", [3, 4, 1, 0], QUIET)
         },
         World {
+            // Evidence for SR-11.
             drive: MotionModel { strays: true, ..STRAIGHT },
             targets: BESIDE,
             ..with("cancels that leave the path", [2, 4, 1, 0], QUIET)
@@ -184,10 +188,12 @@ fn machines() -> Vec<World> {
             targets: BESIDE,
             ..with("cancels that leave the box", [2, 3, 1, 0], QUIET)
         },
+        // Evidence for SR-07.
         World { targets: &[NEAR, CLEAR, WEST], ..with("targets at the threshold", [2, 3, 1, 0], QUIET) },
         World {
             start: (-60, 200, 0),
             targets: &[(-300, 200, 0), (-60, 600, 0), (-97, -40, 0), WEST],
+            // Evidence for SR-14.
             ..with("ways out", [2, 4, 1, 0], QUIET)
         },
         // At this start only the simplified outline is too near.
@@ -204,6 +210,7 @@ fn machines() -> Vec<World> {
 fn errors() -> Vec<World> {
     let erring = |name, targets, budget| World { drive: ERRING, targets, ..with(name, budget, QUIET) };
     vec![
+        // Evidence for SR-07, SR-09.
         erring("reports that err", ACROSS, [2, 3, 1, 0]),
         World { checked: true, ..erring("reports that err, with a checksum", &[WEST, NORTH], [2, 3, 0, 0]) },
         World { open: 1, ..erring("reports that err, and time passes", BACK, [2, 3, 0, 2]) },
@@ -215,6 +222,7 @@ fn errors() -> Vec<World> {
 fn contours() -> Vec<World> {
     vec![
         CONTOUR,
+        // Evidence for SR-12.
         World { name: "contour, lines lost", trouble: Trouble { lost: 1, ..QUIET }, ..CONTOUR },
         World { name: "contour, lines twice", trouble: Trouble { doubled: 1, ..QUIET }, ..CONTOUR },
         World { name: "contour, held by somebody", trouble: Trouble { holds: 2, ..QUIET }, ..CONTOUR },

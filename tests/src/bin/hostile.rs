@@ -4,6 +4,8 @@
 //!
 //! If a session fails, the program prints its seeds for `--replay` and a smaller session that fails, too. The
 //! run then ends with a failure.
+//!
+//! Evidence for SR-07, SR-08, SR-09, SR-10, SR-11, SR-12, SR-14, SR-22.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;

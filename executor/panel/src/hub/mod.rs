@@ -1,5 +1,7 @@
 //! The meeting place of the browsers and the session: the lease, the gate, and the state of the session.
 //!
+//! Implements SR-28.
+//!
 //! The session loop never waits here. It writes its state to a slot, and reads the gate only when no other thread just
 //! holds it; otherwise it keeps the input of the round before, which expires by itself.
 

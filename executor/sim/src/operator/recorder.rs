@@ -1,4 +1,6 @@
 //! Records an operator's inputs as a [trace](super::trace).
+//!
+//! Implements SR-29.
 
 use std::fmt::Write as _;
 use std::fs::File;

@@ -1,5 +1,7 @@
 //! Scripts: an operator's inputs, line by line.
 //!
+//! Implements SR-29.
+//!
 //! ```text
 //! # seconds  x     y     (deflection, −1 to 1)
 //! 0.0        1.0   0.0

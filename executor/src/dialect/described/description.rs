@@ -1,4 +1,4 @@
-//! A controller's ASCII dialect, described by a TOML file.
+//! A controller's ASCII dialect, described by a TOML file. Implements SR-18.
 
 use keepout_guard::{Interpolation, OnCancel};
 use keepout_planner::{sha256, text_file};

@@ -1,4 +1,6 @@
 //! The lines sent to a described controller, and the answers to them.
+//!
+//! Implements SR-18.
 
 use super::description::{Accepted, Description};
 use super::template::{Captures, Slot};

@@ -1,6 +1,8 @@
 //! A dialect that a TOML file describes: the controller's lines for state, position, motion and stop, its
 //! errors, its echo and its prompt.
 //!
+//! Implements SR-17, SR-18.
+//!
 //! One line is under way at a time. It ends with the prompt, or with a line that the description names. A
 //! controller may acknowledge no line: then it ends with the answer to the state query behind it. Echoed
 //! characters must equal the sent ones. Where motions cannot be queued, a contour motion is accepted when the

@@ -1,4 +1,6 @@
 //! Line templates with slots for values. The same template writes a line and reads one.
+//!
+//! Implements SR-18.
 
 use thiserror::Error;
 

@@ -1,4 +1,6 @@
 //! The controller's buffers, from its status reports.
+//!
+//! Implements SR-18.
 
 use crate::supervisor::Mode;
 

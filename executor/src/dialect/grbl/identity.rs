@@ -1,4 +1,6 @@
 //! The firmware's identity, from its answer to `$I`.
+//!
+//! Implements SR-19.
 
 use crate::supervisor::Unfit;
 

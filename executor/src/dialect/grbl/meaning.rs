@@ -1,4 +1,6 @@
 //! The meaning of the firmware's words and numbers.
+//!
+//! Implements SR-18, SR-19.
 
 use crate::supervisor::Mode;
 

@@ -1,4 +1,6 @@
 //! The controller's configuration: its settings, its startup lines, and its work coordinates.
+//!
+//! Implements SR-19.
 
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Height, Place, Point};

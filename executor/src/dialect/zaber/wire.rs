@@ -1,4 +1,6 @@
 //! Zaber messages on the wire: frames, checksums, answers and the meaning of their flags.
+//!
+//! Implements SR-18.
 
 use std::io::Write as _;
 

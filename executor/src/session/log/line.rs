@@ -1,5 +1,7 @@
 //! The lines of a log. Each is a JSON object that begins with a checksum over the line before and the rest of
 //! this line.
+//!
+//! Implements SR-23.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -1,5 +1,7 @@
 //! The replay of a log: the guard certifies every command again, and the output must be the same.
 //!
+//! Implements SR-23.
+//!
 //! There are two checks. First, the engine receives the logged inputs, and must give the logged outputs, byte
 //! by byte. Second, a check without the guard tests each certificate against the part: the swept triangles
 //! over the logged in-flight set, or the motion of the contour. [`check_certificates`] makes the second check

@@ -1,5 +1,7 @@
 //! The operator's input: the one place that normalises it, applies dead zones and limits its age.
 //!
+//! Implements SR-21.
+//!
 //! A device gives raw axes. [`Stick`] turns them into a jog velocity with the dead zone and the response that
 //! fit the device. [`OperatorInput::normalised`] bounds every input, from any source. [`Aged`] ignores the
 //! last input when it is too old.

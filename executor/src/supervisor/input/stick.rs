@@ -1,4 +1,6 @@
 //! The response of a stick: converts raw axes to the jog velocity.
+//!
+//! Implements SR-21.
 
 use keepout_planner::Mm2;
 use thiserror::Error;

@@ -17,6 +17,9 @@ pub struct SeededFaults {
     /// From this number on.
     #[arg(long, value_name = "N")]
     from: Option<usize>,
+    /// Only faults that change this file, or a file in this folder.
+    #[arg(long, value_name = "FILE")]
+    file: Option<PathBuf>,
     /// Only faults in the kernel.
     #[arg(long)]
     kernel: bool,
@@ -48,6 +51,10 @@ impl SeededFaults {
                 && self.only.is_none_or(|only| only == number)
                 && self.from.is_none_or(|from| number >= from)
                 && (!self.left || !settled)
+                && self
+                    .file
+                    .as_ref()
+                    .is_none_or(|place| fault.edits().any(|edit| edit.file.starts_with(place)))
                 && (!self.kernel || fault.is_in_kernel())
                 && (!self.switched || fault.is_switched() && engine.runs_switched())
         })?;

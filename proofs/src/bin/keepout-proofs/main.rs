@@ -5,6 +5,7 @@ mod faults;
 mod model_check;
 mod prove;
 mod soak;
+mod trace;
 mod write;
 
 use std::process::ExitCode;
@@ -37,6 +38,8 @@ enum Command {
     ModelCheck(model_check::ModelCheck),
     /// Run all engines except the solvers, and write the assurance table, `proofs/README.md`.
     Table(write::Table),
+    /// Write the pages of the safety trace, and list its gaps.
+    Trace(trace::TracePages),
 }
 
 fn main() -> ExitCode {
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
         Command::Faults(faults) => faults.run(),
         Command::ModelCheck(check) => check.run(),
         Command::Table(table) => table.run(),
+        Command::Trace(trace) => trace.run(),
     }
 }
 

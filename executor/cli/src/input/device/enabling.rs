@@ -1,4 +1,6 @@
 //! The enabling interlock: decides which part of a device's reading may move the tool.
+//!
+//! Implements SR-21.
 
 use std::time::Duration;
 

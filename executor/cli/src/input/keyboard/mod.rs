@@ -1,5 +1,7 @@
 //! The keyboard: held keys, steps and operator commands. Independent of terminals and clocks.
 //!
+//! Implements SR-21.
+//!
 //! | key | does |
 //! |---|---|
 //! | arrows; home, page up, end, page down | jog, straight and diagonally |

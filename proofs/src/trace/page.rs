@@ -1,0 +1,187 @@
+//! The pages `docs/safety/trace.md` and `docs/safety/change-impact.md`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::{Result, Write as _};
+use std::path::PathBuf;
+
+use super::{Evidence, EvidenceKind, Mechanism, Trace, TracedFault};
+
+const KINDS: [EvidenceKind; 8] = [
+    EvidenceKind::Theorem,
+    EvidenceKind::Property,
+    EvidenceKind::Soak,
+    EvidenceKind::Harness,
+    EvidenceKind::World,
+    EvidenceKind::Test,
+    EvidenceKind::Fuzz,
+    EvidenceKind::Hostile,
+];
+
+/// The page of the trace.
+#[must_use]
+pub fn trace(trace: &Trace) -> String {
+    let mut text = String::new();
+    write_trace(&mut text, trace).expect("a string takes everything");
+    text
+}
+
+/// The page of change impact.
+#[must_use]
+pub fn change_impact(trace: &Trace) -> String {
+    let mut text = String::new();
+    write_impact(&mut text, trace).expect("a string takes everything");
+    text
+}
+
+/// Some names, and the number of the others.
+fn some<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String {
+    let names: Vec<&str> = names.into_iter().collect();
+    let shown = names.iter().take(most).copied().collect::<Vec<_>>().join(", ");
+    if names.len() > most { format!("{shown} and {} more", names.len() - most) } else { shown }
+}
+
+fn write_trace(text: &mut String, trace: &Trace) -> Result {
+    let running = trace.evidence.iter().filter(|each| each.runs_code).count();
+    writeln!(
+        text,
+        "# The trace\n\n`cargo run --release -p keepout-proofs -- trace` writes this page from the comments of the \
+         code, from\n[hazards](hazards.md), [requirements](requirements.md) and [assumptions](assumptions.md), and from \
+         the results of the\nseeded faults. CI fails when a requirement has no running evidence, when evidence belongs \
+         to no requirement, when a\nfault is noticed by nobody, or when no fault can make a test fail.\n\n\
+         {} requirements, {} pieces of evidence ({running} of them run code of the product), {} seeded faults. Each \
+         piece of\nevidence noticed at least one fault in a copy of the code.\n\n\
+         | requirement | hazards | code | evidence | seeded faults |\n|---|---|---|---|---|",
+        trace.statements.requirements.len(),
+        trace.evidence.len(),
+        trace.faults.len(),
+    )?;
+    for requirement in &trace.statements.requirements {
+        let files: BTreeSet<&PathBuf> = trace.mechanisms_of(&requirement.id).map(|each| &each.file).collect();
+        writeln!(
+            text,
+            "| [{0}](#{1}) {2} | {3} | {4} files | {5} | {6} |",
+            requirement.id,
+            anchor(&requirement.id, &requirement.title),
+            requirement.title,
+            requirement.hazards.join(", "),
+            files.len(),
+            counted(trace.evidence_for(&requirement.id)),
+            trace.faults_of(&requirement.id).count(),
+        )?;
+    }
+    for requirement in &trace.statements.requirements {
+        let id = &requirement.id;
+        writeln!(
+            text,
+            "\n## {id} {}\n\nHazards: {}. Assumptions: {}.\n",
+            requirement.title,
+            requirement.hazards.join(", "),
+            requirement.assumptions.join(", ")
+        )?;
+        write_code(text, trace.mechanisms_of(id))?;
+        writeln!(text, "\n| evidence | kind | where | seeded faults that it noticed |\n|---|---|---|---|")?;
+        for evidence in trace.evidence_for(id) {
+            write_evidence(text, trace, evidence)?;
+        }
+        writeln!(text, "\n| seeded fault | file | noticed by | within |\n|---|---|---|---|")?;
+        for fault in trace.faults_of(id) {
+            write_fault(text, fault)?;
+        }
+    }
+    Ok(())
+}
+
+/// The anchor of a heading, as GitHub builds it.
+fn anchor(id: &str, title: &str) -> String {
+    let text = format!("{id} {title}").to_lowercase();
+    text.chars()
+        .filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'))
+        .map(|c| if c == ' ' { '-' } else { c })
+        .collect()
+}
+
+/// How many pieces of each kind there are.
+fn counted<'a>(evidence: impl Iterator<Item = &'a Evidence>) -> String {
+    let mut counts: BTreeMap<EvidenceKind, usize> = BTreeMap::new();
+    evidence.for_each(|each| *counts.entry(each.kind).or_default() += 1);
+    let words = counts.iter().map(|(kind, count)| match kind {
+        EvidenceKind::Hostile => kind.words()[0].to_string(),
+        _ => format!("{count} {}", kind.words()[0]),
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+fn write_code<'a>(text: &mut String, mechanisms: impl Iterator<Item = &'a Mechanism>) -> Result {
+    let mut files: BTreeMap<&PathBuf, Vec<&str>> = BTreeMap::new();
+    for mechanism in mechanisms {
+        files.entry(&mechanism.file).or_default().extend(mechanism.item.as_deref());
+    }
+    for (file, items) in files {
+        let items: Vec<String> = items.iter().map(|item| format!("`{item}`")).collect();
+        let items = if items.is_empty() { "the whole file".into() } else { items.join(", ") };
+        writeln!(text, "- `{}`: {items}", file.display())?;
+    }
+    Ok(())
+}
+
+fn write_evidence(text: &mut String, trace: &Trace, evidence: &Evidence) -> Result {
+    let noticed = if evidence.runs_code {
+        some(trace.noticed_by(evidence).map(|fault| fault.name.as_str()), 2)
+    } else {
+        "runs no code: the reason for what others test".into()
+    };
+    let kind = evidence.kind.words()[0].trim_end_matches("ies").trim_end_matches('s');
+    let kind = if evidence.kind == EvidenceKind::Property { "property" } else { kind };
+    writeln!(
+        text,
+        "| `{}` | {} | `{}` | {} |",
+        evidence.name,
+        kind.replace("harnesse", "harness"),
+        evidence.file.display(),
+        noticed.replace('|', "\\|"),
+    )
+}
+
+fn write_fault(text: &mut String, fault: &TracedFault) -> Result {
+    let by = if fault.noticed.is_empty() {
+        "nobody can: it changes nothing".into()
+    } else {
+        some(fault.noticed.iter().map(|(_, name)| name.as_str()), 2)
+    };
+    let seconds = fault.seconds.map_or("–".into(), |seconds| format!("{seconds} s"));
+    let file = fault.files.first().cloned().unwrap_or_default();
+    writeln!(text, "| {} | `{}` | {by} | {seconds} |", fault.name.replace('|', "\\|"), file.display())
+}
+
+fn write_impact(text: &mut String, trace: &Trace) -> Result {
+    writeln!(
+        text,
+        "# Change impact\n\n`cargo run --release -p keepout-proofs -- trace` writes this page. A row names a file that \
+         implements safety\nrequirements. After a change of it, run its evidence again, and read the change against \
+         its requirements. The names\nare in [the trace](trace.md). `.ci/run` runs all but the long runs, for every \
+         change.\n\n\
+         A file that is not in the list implements no safety requirement: `.ci/run` is enough. A change of a tool \
+         (the\ncompiler, a solver, CBMC) changes every row. A change of `proofs/`, `tests/` or `fuzz/` needs the seeded \
+         faults again:\n`keepout-proofs faults`.\n\n| evidence | command |\n|---|---|"
+    )?;
+    for kind in KINDS {
+        writeln!(text, "| {} | `{}` |", kind.words()[0], kind.words()[1])?;
+    }
+    writeln!(
+        text,
+        "| seeded faults of a file | `keepout-proofs faults --file FILE` |\n\n\
+         | file | requirements | evidence to run again | seeded faults in it |\n|---|---|---|---|"
+    )?;
+    let mut files: BTreeMap<&PathBuf, BTreeSet<&String>> = BTreeMap::new();
+    for mechanism in &trace.mechanisms {
+        files.entry(&mechanism.file).or_default().extend(&mechanism.requirements);
+    }
+    for (file, requirements) in files {
+        let touched =
+            trace.evidence.iter().filter(|each| requirements.iter().any(|id| each.requirements.contains(id)));
+        let faults = trace.faults.iter().filter(|fault| fault.files.contains(file)).count();
+        let ids: Vec<&str> = requirements.iter().map(|id| id.as_str()).collect();
+        writeln!(text, "| `{}` | {} | {} | {faults} |", file.display(), ids.join(", "), counted(touched))?;
+    }
+    Ok(())
+}
