@@ -300,6 +300,30 @@ mod tests {
         assert!(total >= sum && total - sum < 0.000_1, "{total} {sum}");
     }
 
+    // Evidence for SR-16.
+    #[test]
+    fn terms_are_those_of_the_machine() {
+        let machine = MachineProfile {
+            steps_per_mm: 250.0,
+            report_digit_mm: 0.01,
+            arc_tolerance_mm: 0.003,
+            ..MachineProfile::simulated()
+        };
+        let budget = Budget::of(&machine, None, false).unwrap();
+        let due = [
+            // Half a step on each axis, of the commanded and of the reported position.
+            (TermKind::StepResolution, 2.0 * (0.002_f64 * 0.002 + 0.002 * 0.002).sqrt()),
+            // Half a digit on each axis.
+            (TermKind::ReportResolution, (0.005_f64 * 0.005 + 0.005 * 0.005).sqrt()),
+            // GRBL halves the number of chords: four times their sagitta.
+            (TermKind::ControllerArcs, 0.012),
+        ];
+        for (kind, mm) in due {
+            let term = budget.terms.iter().find(|term| term.kind == kind).unwrap();
+            assert!((term.mm - mm).abs() < 1e-9, "{}: {} and not {mm}", kind.name(), term.mm);
+        }
+    }
+
     #[test]
     fn contour_error_names_its_source() {
         let source = "servo budget: these drives, 900 mm/min";
@@ -320,6 +344,7 @@ mod tests {
         assert!(matches!(Budget::of(&machine, Some(f64::NAN), false), Err(MarginError::NoLength { .. })));
     }
 
+    // Evidence for SR-16, SR-20.
     #[test]
     fn changed_terms_are_refused() {
         let machine = MachineProfile::simulated();

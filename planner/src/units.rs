@@ -102,6 +102,7 @@ pub fn along_mm(curve: &Curve, t: f64) -> (Mm2, Mm2) {
 mod tests {
     use super::*;
 
+    // Evidence for SR-16.
     #[test]
     fn lengths_are_rounded_up_and_decimals_stay_exact() {
         assert_eq!(length_up_from_mm(0.1).unwrap().units(), 10_000);

@@ -238,3 +238,52 @@ fn error_of<T, E>(result: Result<T, E>, what: &str) -> E {
         Ok(_) => panic!("{what} was accepted"),
     }
 }
+
+// Evidence for SR-20.
+#[test]
+fn files_of_other_versions_are_refused() {
+    let good = make(vec![square()], MachinedSide::Outside, 4.0).expect("a square").plan;
+    let bytes = plan_file::encode(&good).expect("it can be written");
+    // Behind "KEEPOUT PLAN".
+    let version = 12;
+    for other in [plan_file::VERSION - 1, plan_file::VERSION + 1, 0] {
+        let mut wrong = bytes.clone();
+        wrong[version..version + 2].copy_from_slice(&other.to_le_bytes());
+        let error = plan_file::decode(&wrong).expect_err("another version");
+        assert!(matches!(error, plan_file::PlanFileError::Version { found } if found == other), "{error}");
+    }
+}
+
+// Evidence for SR-20, SR-29.
+#[test]
+fn impossible_machines_in_a_plan_file_are_refused() {
+    let good = make(vec![square()], MachinedSide::Outside, 4.0).expect("a square").plan;
+    let changes: [fn(&mut MachineProfile); 3] = [
+        |machine| machine.steps_per_mm = 1e15,
+        |machine| machine.max_rate_mm_s = -1.0,
+        |machine| machine.repeatability_mm = f64::NAN,
+    ];
+    for change in changes {
+        let mut wrong = good.clone();
+        change(&mut wrong.machine);
+        let bytes = plan_file::encode(&wrong).expect("it can be written");
+        assert!(plan_file::decode(&bytes).is_err(), "{:?}", wrong.machine);
+    }
+}
+
+/// The curve leaves one edge by more than that edge's own bound, and by less than the bound of the other.
+// Evidence for SR-02.
+#[test]
+fn a_source_is_checked_against_the_least_bound_of_its_edges() {
+    let (from, middle, to) = (at(20.0, -20.0), at(20.0, 0.0), at(20.0, 20.0));
+    let bulge = at(20.05, 0.0);
+    let curve = Bezier::new(vec![from, bulge, to], vec![1 << 30; 3]).expect("three points");
+    for (errors, fits) in [([5000, 5000], true), ([5000, 100], false), ([100, 5000], false)] {
+        let mut each = polygon(&[at(-20.0, -20.0), from, middle, to, at(-20.0, 20.0)], 0);
+        for (edge, units) in each.edges[1..3].iter_mut().zip(errors) {
+            edge.chord_error = Length::from_units(units).expect("a length");
+        }
+        each.sources.push(SourceCurve { curve: curve.clone(), first: 1, end: 3 });
+        assert_eq!(make(vec![each], MachinedSide::Outside, 6.0).is_ok(), fits, "{errors:?}");
+    }
+}

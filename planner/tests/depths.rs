@@ -6,10 +6,11 @@ use std::fmt::Write as _;
 use keepout_kernel::{Height, Length};
 use keepout_planner::Mm2;
 use keepout_planner::contour::ContourRole;
-use keepout_planner::depth::{DepthError, DepthParameters, EntryMove, FaceChoice, FaceDepth};
+use keepout_planner::depth::{DepthError, DepthParameters, EntryMove, FaceChoice, FaceDepth, Relief};
 use keepout_planner::drawing::EntityFilter;
 use keepout_planner::machine::MachineProfile;
-use keepout_planner::plan::{CertifiedPlan, PlanParameters};
+use keepout_planner::plan::{CertifiedPlan, Pass, Plan, PlanError, PlanParameters};
+use keepout_planner::plan_file;
 use keepout_planner::profile::MachinedSide;
 use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{mm, point_from_mm};
@@ -161,9 +162,12 @@ fn each_wall_is_cut_at_each_depth_where_it_stands() {
     assert!(mm(lowest.units()) < -THICKNESS);
 }
 
+// Evidence for SR-20.
 #[test]
 fn heights_that_cannot_be_are_refused_with_a_remedy() {
-    let cases: [(DepthParameters, &str); 5] = [
+    let cases: [(DepthParameters, &str); 6] = [
+        // Above the clamps, but not by the height margin.
+        (DepthParameters { safe_mm: 2.02, ..depths() }, "--safe-height-mm"),
         (DepthParameters { clamps_mm: None, ..depths() }, "--clamp-height-mm"),
         (DepthParameters { safe_mm: 1.0, ..depths() }, "--safe-height-mm"),
         (DepthParameters { thickness_mm: f64::NAN, ..depths() }, "--thickness-mm"),
@@ -189,4 +193,72 @@ fn pockets_of_a_part_around_them_have_their_volume() {
     let plan = request.plan("pocket", drawing().as_bytes(), &machine, &mut |_| {}).unwrap();
     let summary = plan.summary();
     assert!(summary.contains("pockets of 13440.000 mm³"), "{summary}");
+}
+
+/// The plan after a round trip through its file.
+fn from_file(plan: &Plan) -> Result<CertifiedPlan, PlanError> {
+    plan_file::decode(&plan_file::encode(plan).unwrap()).unwrap().certify()
+}
+
+// Evidence for SR-20.
+#[test]
+fn changed_heights_of_a_plan_file_are_refused() {
+    let good = planned(depths()).unwrap().plan;
+    assert!(from_file(&good).is_ok());
+    let changes: [(&str, fn(&mut Relief)); 4] = [
+        ("it crosses through the clamps", |relief| relief.safe = Height::ZERO),
+        ("a contour has no top", |relief| relief.tops.truncate(1)),
+        ("no height margin", |relief| relief.budget.terms.clear()),
+        ("the table lies above the deepest cut", |relief| {
+            relief.floor = relief.deepest.raised(Length::whole_mm(1))
+        }),
+    ];
+    for (what, change) in changes {
+        let mut wrong = good.clone();
+        change(wrong.relief.as_mut().unwrap());
+        assert!(from_file(&wrong).is_err(), "{what}");
+    }
+}
+
+/// Passes that repeat at every depth of a section are certified once. A later one must not claim more.
+// Evidence for SR-20.
+#[test]
+fn a_later_pass_with_the_same_path_keeps_its_own_promise() {
+    let good = planned(DepthParameters { step_down_mm: Some(1.0), ..depths() }).unwrap().plan;
+    let mut tried = 0;
+    for later in 1..good.passes.len() {
+        if good.passes[later].path != good.passes[later - 1].path {
+            continue;
+        }
+        let mut wrong = good.clone();
+        wrong.passes[later].stock_to_leave = wrong.stock_to_leave;
+        assert!(from_file(&wrong).is_err(), "pass {later} leaves stock that its path cuts off");
+        tried += 1;
+    }
+    assert!(tried > 2, "{tried}");
+}
+
+/// The clamps stand below the upper passes, and beside the lower ones.
+// Evidence for SR-20.
+#[test]
+fn a_path_from_above_the_clamps_is_refused_beside_them() {
+    let depth = DepthParameters { step_down_mm: Some(1.0), clamps_mm: Some(-5.0), ..depths() };
+    let good = planned(depth).unwrap().plan;
+    let clamps = good.relief.as_ref().unwrap().clamps;
+    let is_above = |pass: &&Pass| pass.height > clamps;
+    let mut tried = 0;
+    for lower in good.passes.iter().position(|pass| pass.height < clamps).unwrap()..good.passes.len() {
+        let upper = good.passes.iter().filter(is_above).find(|pass| pass.path != good.passes[lower].path);
+        let Some(upper) = upper else { continue };
+        let mut wrong = good.clone();
+        wrong.passes[lower].path = upper.path.clone();
+        assert!(
+            from_file(&wrong).is_err(),
+            "the path of {:?} at {:?}",
+            upper.height,
+            good.passes[lower].height
+        );
+        tried += 1;
+    }
+    assert!(tried > 0, "the clamps change no path");
 }

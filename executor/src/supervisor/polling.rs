@@ -149,3 +149,21 @@ impl Polling {
 fn smoothed(before: Duration, measured: Duration) -> Duration {
     if measured > before { measured } else { (before * 7 + measured) / 8 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Evidence for SR-08.
+    #[test]
+    fn a_report_answers_the_oldest_query() {
+        let mut guard = keepout_guard::guard_in_open_space().unwrap();
+        guard.locate(keepout_kernel::Point::ORIGIN.in_plane()).unwrap();
+        let (mut polling, within) = (Polling::default(), Duration::from_secs(10));
+        let at = |ms| Time::ZERO.after(Duration::from_millis(ms));
+        let stamps = [5, 10, 15].map(|ms| guard.stamp(at(ms)));
+        stamps.iter().for_each(|stamp| polling.ask(*stamp, at(5)));
+        let answers: Vec<_> = (0..4).map(|k| polling.answered(at(100 + k), within)).collect();
+        assert_eq!(answers, [Some(stamps[0]), Some(stamps[1]), Some(stamps[2]), None]);
+    }
+}

@@ -139,6 +139,15 @@ impl std::fmt::Display for HeightBudget {
 mod tests {
     use super::*;
 
+    // Evidence for SR-16.
+    #[test]
+    fn steps_are_those_of_the_third_axis() {
+        let z = ZProfile { steps_per_mm: 125.0, ..ZProfile::simulated() };
+        let budget = HeightBudget::of(&MachineProfile::simulated(), &z, 0.0).unwrap();
+        let step = budget.terms.iter().find(|term| term.kind == HeightTermKind::StepResolution).unwrap();
+        assert!((step.mm - 0.008).abs() < 1e-9, "half a step, commanded and reported: {}", step.mm);
+    }
+
     #[test]
     fn terms_add_up_and_changed_ones_are_refused() {
         let (machine, z) = (MachineProfile::simulated(), ZProfile::simulated());

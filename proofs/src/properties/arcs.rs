@@ -3,9 +3,11 @@
 
 use keepout_kernel::exact::arc::{ArcChords, ArcError, RADIUS_MIN};
 use keepout_kernel::exact::bezier::{Bezier, WEIGHTS};
+use keepout_kernel::exact::ring::Piece;
 use keepout_kernel::exact::segment::{Orientation, distance_2, orientation};
 use keepout_kernel::exact::swept_arc::SweptArc;
-use keepout_kernel::{Arc, Curve, Length, Point, Segment, Turn};
+use keepout_kernel::offset::{PATH_CHORD_ERROR, certify_path};
+use keepout_kernel::{Arc, Curve, Length, Point, ProhibitedRegion, Region, Ring, Segment, Side, Turn};
 
 use super::Xy;
 use crate::draw::Draw;
@@ -41,7 +43,8 @@ properties! {
         let ([from, to], chord) = (around(d), [near(d), near(d)]);
         let far = chord.map(|p| square(p).isqrt()).into_iter().fold(0, i64::max);
         let t = if d.coin() { d.int(0, 200) } else { ((square(from).isqrt() - far).abs() + d.int(-6, 6)).max(0) };
-        what_is_clear_of_a_swept_arc_is_clear_of_its_ring(from, to, d.coin(), chord, t)
+        let centre = if d.coin() { (0, 0) } else { (d.int(-90_000, 90_000), d.int(-90_000, 90_000)) };
+        what_is_clear_of_a_swept_arc_is_clear_of_its_ring(centre, [from, to], d.coin(), chord, t)
     }
         => "a chord that is reported clear of an arc is farther than t from every point of the arc's \
             ring; the arc's box holds these points";
@@ -59,6 +62,24 @@ properties! {
         )
         => "a quadratic curve that is reported to follow a line is within the chord-error bound of it at \
             sixteenths of its range, exactly";
+        random 20_000;
+    ring_edges_carry_both_chord_errors |d|
+        ring_edges_carry_both_chord_errors(d.int(100, 100_000), d.int(0, 1000), d.int(0, 1000))
+        => "the edges of an arc in a ring have the sum of two bounds: of the chords to the arc, and of the arc to \
+            the true curve";
+        random 5_000;
+    certified_paths_keep_the_threshold_and_the_chord_error |d| {
+        let threshold = d.int(0, 300);
+        let away = threshold + PATH_CHORD_ERROR + d.int(-PATH_CHORD_ERROR - 3, 3);
+        certified_paths_keep_the_threshold_and_the_chord_error(threshold, away.max(1))
+    }
+        => "a line beside a wall is certified exactly when it is farther than the threshold and the chord error of \
+            paths together";
+        random 20_000;
+    chains_that_run_past_the_end_are_refused |d|
+        chains_that_run_past_the_end_are_refused([small(d), small(d)], d.int(1, 60), d.int(2, 9))
+        => "a chain that runs on beyond the end of its curve by more than the chord-error bound, and comes back, \
+            is refused";
         random 20_000;
 }
 
@@ -164,8 +185,16 @@ fn chords_go_forward_and_are_short(from: Xy, middle: Xy, to: Xy, left: bool) {
     assert_eq!(check(vec![at(from)]), Err(ArcError::Ends));
 }
 
-fn what_is_clear_of_a_swept_arc_is_clear_of_its_ring(from: Xy, to: Xy, left: bool, chord: [Xy; 2], t: i64) {
-    let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return passed_over() };
+/// All coordinates but the centre's are relative to the centre.
+fn what_is_clear_of_a_swept_arc_is_clear_of_its_ring(
+    centre: Xy,
+    [from, to]: [Xy; 2],
+    left: bool,
+    chord: [Xy; 2],
+    t: i64,
+) {
+    let at = |p: Xy| at((p.0 + centre.0, p.1 + centre.1));
+    let Ok(arc) = Arc::new(at(from), at(to), at((0, 0)), turn(left)) else { return passed_over() };
     let Some(swept) = SweptArc::of(&arc) else { return passed_over() };
     let chord = Segment { from: at(chord[0]), to: at(chord[1]) };
     let clear = swept.near_chord(chord, length(t)).is_clear();
@@ -219,4 +248,54 @@ fn what_follows_a_line_is_within_the_slack(control: [Xy; 3], bits: [i64; 3], cho
         let (d, n) = oracle::point_segment_distance_2(&place, &end(control[0]), &end(control[2]));
         assert!(d <= &reach * &reach * n, "{control:?} {bits:?} {chord_error} at {k}/16");
     }
+}
+
+/// A straight curve from one point to the other. The chain's first line is `times` as long, and its second leads back
+/// to the end.
+fn chains_that_run_past_the_end_are_refused([from, to]: [Xy; 2], chord_error: i64, times: i64) {
+    let Ok(curve) = Bezier::new(vec![at(from), at(to)], vec![WEIGHTS.0; 2]) else { return passed_over() };
+    let past = (from.0 + (to.0 - from.0) * times, from.1 + (to.1 - from.1) * times);
+    let line = |from: Xy, to: Xy| Curve::Line(Segment { from: at(from), to: at(to) });
+    if distance_2(at(past), at(to)) <= chord_error * chord_error {
+        return passed_over();
+    }
+    assert!(curve.follows(&[line(from, to)], length(chord_error)).is_ok(), "{from:?} {to:?} {chord_error}");
+    let astray = curve.follows(&[line(from, past), line(past, to)], length(chord_error));
+    assert!(astray.is_err(), "{from:?} {to:?} {chord_error}: past the end to {past:?}");
+}
+
+/// A half disc: an arc of half a turn, and its diameter.
+fn ring_edges_carry_both_chord_errors(radius: i64, own: i64, bound: i64) {
+    let (east, north, west) = (at((radius, 0)), at((0, radius)), at((-radius, 0)));
+    let Ok(quarters) = [(east, north), (north, west)]
+        .map(|(from, to)| {
+            let arc = Arc::new(from, to, at((0, 0)), Turn::CounterClockwise).map_err(drop)?;
+            let points = Curve::Arc(arc).chord_points(length(bound.max(10))).map_err(drop)?;
+            ArcChords::check(&arc, points).map_err(drop)
+        })
+        .into_iter()
+        .collect::<Result<Vec<ArcChords>, ()>>()
+    else {
+        return passed_over();
+    };
+    let arcs = quarters.iter().map(|chords| Piece::Arc { chords: chords.clone(), chord_error: length(own) });
+    let diameter = Piece::Line { segment: Segment { from: west, to: east }, chord_error: Length::ZERO };
+    let ring = Ring::from_pieces(&arcs.chain([diameter]).collect::<Vec<_>>()).expect("it is simple");
+    let region = Region::new(vec![ring]).expect("one ring");
+    let part = ProhibitedRegion::new(region, Side::Outside).expect("few edges");
+    for edge in part.edges() {
+        let of = |chords: &&ArcChords| chords.segments().any(|chord| chord == edge.chord);
+        let expected =
+            quarters.iter().find(of).map_or(0, |chords| i64::from(chords.chord_error().units()) + own);
+        assert_eq!(i64::from(edge.chord_error.units()), expected, "{radius} {own} {bound}: {edge:?}");
+    }
+}
+
+fn certified_paths_keep_the_threshold_and_the_chord_error(threshold: i64, away: i64) {
+    let corners = [(0, 0), (9000, 0), (9000, 5000), (0, 5000)].map(at).to_vec();
+    let region = Region::new(vec![Ring::new(corners).expect("a rectangle")]).expect("one ring");
+    let part = ProhibitedRegion::new(region, Side::Outside).expect("few edges");
+    let line = Curve::Line(Segment { from: at((3000, -away)), to: at((6000, -away)) });
+    let certified = certify_path(&part, length(threshold), &[line]).is_ok();
+    assert_eq!(certified, away > threshold + PATH_CHORD_ERROR, "{threshold} {away}");
 }

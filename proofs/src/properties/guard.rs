@@ -168,11 +168,11 @@ fn crowd<D: Draw>(d: &mut D) -> Vec<Xy> {
 }
 
 /// Position feedback without a line in the receive buffer.
-fn feedback(position: Point, in_position: bool, queued: usize) -> PositionFeedback {
+pub(super) fn feedback(position: Point, in_position: bool, queued: usize) -> PositionFeedback {
     PositionFeedback { position: position.in_plane(), in_position, queued: Some(queued), waiting: false }
 }
 
-fn guard(interpolation: Interpolation, checked: bool) -> Guard {
+pub(super) fn guard(interpolation: Interpolation, checked: bool) -> Guard {
     static PART: OnceLock<Arc<ProhibitedRegion>> = OnceLock::new();
     let part = PART.get_or_init(|| {
         let ring = Ring::new(CORNERS.iter().map(|&p| at(p)).collect()).expect("an L");
@@ -418,6 +418,9 @@ fn acknowledgements_are_counted(acts: &[usize]) {
             }
         }
         assert_eq!((guard.sent(), guard.unacknowledged()), (sent, sent - answered), "{acts:?}");
+        for (stamp, sent_before) in &open {
+            assert_eq!(guard.is_outdated(stamp), *sent_before < answered, "{acts:?}");
+        }
         let kept = |to| guard.in_flight().any(|point| point == to);
         assert!(targets.iter().all(|&to| kept(to)), "no target has left: {acts:?}");
     }

@@ -13,6 +13,8 @@ pub mod lattice;
 pub mod levels;
 pub mod parts;
 pub mod predicates;
+#[cfg(feature = "guard")]
+pub mod reports;
 pub mod rings;
 
 use keepout_kernel::exact::predicate::Site;
@@ -35,6 +37,8 @@ pub fn all() -> Vec<&'static Property> {
         levels::ALL,
         #[cfg(feature = "guard")]
         guard::ALL,
+        #[cfg(feature = "guard")]
+        reports::ALL,
         #[cfg(feature = "guard")]
         heights::ALL,
         #[cfg(feature = "guard")]

@@ -17,20 +17,15 @@ const KINDS: [EvidenceKind; 8] = [
     EvidenceKind::Hostile,
 ];
 
-/// The page of the trace.
-#[must_use]
-pub fn trace(trace: &Trace) -> String {
-    let mut text = String::new();
-    write_trace(&mut text, trace).expect("a string takes everything");
-    text
-}
-
-/// The page of change impact.
-#[must_use]
-pub fn change_impact(trace: &Trace) -> String {
-    let mut text = String::new();
-    write_impact(&mut text, trace).expect("a string takes everything");
-    text
+/// The pages: file name and text.
+///
+/// # Errors
+/// When a text cannot be formatted.
+pub fn pages(trace: &Trace) -> std::result::Result<[(&'static str, String); 2], std::fmt::Error> {
+    let (mut of_trace, mut of_impact) = (String::new(), String::new());
+    write_trace(&mut of_trace, trace)?;
+    write_impact(&mut of_impact, trace)?;
+    Ok([("trace.md", of_trace), ("change-impact.md", of_impact)])
 }
 
 /// Some names, and the number of the others.

@@ -207,3 +207,30 @@ fn decode_is_total() {
         crate::dialect::testing::decode_is_total(|| Box::new(dialect(text)), alphabet);
     }
 }
+
+const OK_STYLE: &str = include_str!("../../../sim/tests/described/ok-style.toml");
+
+/// A quarter circle, counter-clockwise about the origin.
+fn quarter() -> Command {
+    let [from, to] = [(1_000_000, 0), (0, 1_000_000)].map(|(x, y)| Point::from_units(x, y).unwrap());
+    let arc = keepout_kernel::Arc::new(from, to, Point::ORIGIN, Turn::CounterClockwise).unwrap();
+    let mut guard = keepout_guard::guard_in_open_space().unwrap();
+    guard.locate(from.in_plane()).unwrap();
+    guard.begin_contour(vec![keepout_guard::ContourMotion::in_plane(Curve::Arc(arc), 600)]).unwrap();
+    guard.certify_contour(1).unwrap();
+    Command::Move(guard.next_of_contour().unwrap())
+}
+
+// Evidence for SR-17.
+#[test]
+fn mirrored_axes_turn_arcs_the_other_way() {
+    let mirrored =
+        ["swap = true", "invert = [true, false]", "invert = [false, true]"].map(|units| (units, "G2"));
+    let turned =
+        ["", "invert = [true, true]", "swap = true\ninvert = [true, false]"].map(|units| (units, "G3"));
+    for (units, line) in mirrored.into_iter().chain(turned) {
+        let text = OK_STYLE.replacen("[units]", &format!("[units]\n{units}"), 1);
+        let sent = encoded(&mut dialect(&text), &quarter());
+        assert!(sent.starts_with(line), "{units}: {sent}");
+    }
+}

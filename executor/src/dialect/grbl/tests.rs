@@ -151,3 +151,74 @@ fn joined_reports_are_rejected() {
     }
     assert_eq!(grbl.work_offset, None, "no field of them is used");
 }
+
+// Evidence for SR-18, SR-19.
+#[test]
+fn position_is_used_only_with_the_confirmed_work_offset() {
+    let mut grbl = dialect();
+    grbl.stage = Stage::Arming(1);
+    hear(&mut grbl, b"[G54:1.000,1.500,0.000]\r\n[G92:0.000,0.500,0.000]\r\nok\r\n");
+    let report = |grbl: &mut Grbl, offset: &str| {
+        let line = format!("<Idle|MPos:0.000,0.000,0.000|Bf:15,128|WCO:{offset}>\r\n");
+        match hear(grbl, line.as_bytes()).0[..] {
+            [Reply::Report(report)] => report.position.is_some(),
+            ref other => panic!("{other:?}"),
+        }
+    };
+    report(&mut grbl, "1.000,2.000,0.000");
+    assert!(report(&mut grbl, "1.000,2.000,0.000"), "G54 and G92 add up to it");
+    let mut other = grbl.clone();
+    (other.work_offset, other.stage) = (None, Stage::Ready);
+    assert!(!report(&mut other, "7.000,2.000,0.000"), "another offset than the controller listed");
+}
+
+// Evidence for SR-17.
+#[test]
+fn arming_sets_every_mode_that_changes_a_motion() {
+    let (mut grbl, mut out) = (dialect(), Vec::new());
+    grbl.encode(&Command::Arm, &mut out).unwrap();
+    let line = String::from_utf8(out).unwrap();
+    // mm, absolute, feed per minute, plane XY, no cutter radius, no tool length, no canned cycle.
+    for mode in ["G21", "G90", "G94", "G17", "G40", "G49", "G80"] {
+        assert!(line.contains(mode), "{line} leaves {mode} out");
+    }
+}
+
+// Evidence for SR-19.
+#[test]
+fn settings_of_a_third_axis_are_checked() {
+    let mut settings = Settings::default();
+    for (number, value) in [(13, 0.0), (22, 1.0), (100, 400.0), (101, 400.0)] {
+        settings.take(number, value);
+    }
+    assert!(settings.check(400.0, None).is_ok());
+    assert!(settings.check(400.0, Some(800.0)).is_err(), "the controller did not state $102");
+    for (steps, fits) in [(800.0, true), (640.0, false), (f64::NAN, false)] {
+        settings.take(102, steps);
+        assert_eq!(settings.check(400.0, Some(800.0)).is_ok(), fits, "{steps}");
+    }
+}
+
+// Evidence for SR-19.
+#[test]
+fn arc_tolerance_holds_only_beyond_the_reported_digits() {
+    let mut settings = Settings::default();
+    for (reported, holds) in [(0.002, false), (0.0016, false), (0.0015, true), (0.001, true), (0.0005, false)]
+    {
+        settings.take(12, reported);
+        assert_eq!(settings.follows_arcs(0.002), holds, "{reported}");
+    }
+}
+
+// Evidence for SR-19.
+#[test]
+fn every_word_of_a_startup_line_is_looked_at() {
+    for (line, fits) in
+        [("G80", true), ("G54G80", true), ("G20G80", false), ("G91 G80", false), ("G80G1X5", false)]
+    {
+        let mut lines = StartupBlocks::default();
+        lines.take("N0", line);
+        lines.take("N1", "");
+        assert_eq!(lines.needed().is_ok(), fits, "{line}");
+    }
+}

@@ -25,9 +25,9 @@ impl TracePages {
         let gaps = found.gaps();
         gaps.iter().for_each(|gap| println!("{gap}"));
         if !self.check {
-            let folder = root.join("docs/safety");
-            write_whole(&folder.join("trace.md"), trace::page::trace(&found).as_bytes())?;
-            write_whole(&folder.join("change-impact.md"), trace::page::change_impact(&found).as_bytes())?;
+            for (name, text) in trace::page::pages(&found).map_err(std::io::Error::other)? {
+                write_whole(&root.join("docs/safety").join(name), text.as_bytes())?;
+            }
         }
         println!("{} gaps", gaps.len());
         Ok(gaps.is_empty())

@@ -1,0 +1,87 @@
+//! The guard: which reports are evidence that a line was executed.
+
+use std::time::Duration;
+
+use keepout_guard::{DRAIN, Guard, Interpolation, Time};
+use keepout_kernel::Point;
+
+use super::Xy;
+use super::guard::{feedback, guard};
+use crate::families::at;
+use crate::property::properties;
+
+properties! {
+    "guard: reports", "executor/guard/src/in_flight.rs, evidence.rs";
+    // Evidence for SR-08.
+    one_queue_length_is_no_evidence |d| {
+        let lie = d.one_of(6);
+        one_queue_length_is_no_evidence(d.int(0, 1000), d.int(0, 60), lie)
+    }
+        => "without a checksum, one report of a queue that is too short completes no line, whatever reports follow";
+        random 20_000;
+    lines_complete_only_when_the_query_left_late_enough |d| {
+        let early = u64::try_from(d.int(1, 600_000)).unwrap_or(1);
+        lines_complete_only_when_the_query_left_late_enough(d.int(0, 1000), early, d.coin())
+    }
+        => "a line whose block left the queue completes only by a report whose query left at least the drain time \
+            after that was known, however late the report arrives; then it does complete";
+        random 20_000;
+}
+
+/// A jog north, and a jog west. Both are acknowledged, and the controller has read both.
+fn two_jogs(aside: i64, checked: bool) -> (Guard, Point) {
+    let mut guard = guard(Interpolation::Linear, checked);
+    let [start, first, second] = [(-1000 - aside, 0), (-1000 - aside, 2000), (-3000 - aside, 2000)].map(at);
+    guard.locate(start.in_plane()).expect("it is clear");
+    for target in [first, second] {
+        guard.jog(target.in_plane(), 600).expect("it is clear");
+        guard.acknowledged().expect("one line");
+        let stamp = guard.stamp(Time::ZERO);
+        guard.reported(&feedback(start, false, 2), stamp, Time::ZERO).expect("it has not moved");
+    }
+    (guard, first)
+}
+
+/// Places in the triangle of the two jogs, ever nearer to the second target.
+fn between(aside: i64, step: i64, k: i64) -> Xy {
+    let along = k * (160 + step);
+    (-1050 - aside - along, 1000 + along * 5 / 8)
+}
+
+fn one_queue_length_is_no_evidence(aside: i64, step: i64, lie: usize) {
+    let (mut guard, first) = two_jogs(aside, false);
+    for k in 0..6 {
+        let now = Time::ZERO.after((DRAIN + DRAIN / 2) * u32::try_from(k).unwrap_or(0));
+        let place = between(aside, step, i64::try_from(k).unwrap_or(0));
+        let stamp = guard.stamp(now);
+        let queued = if k == lie { 0 } else { 2 };
+        guard.reported(&feedback(at(place), false, queued), stamp, now).expect("it is in the hull");
+        assert!(guard.in_flight().any(|point| point == first), "{aside} {step} {lie}: at report {k}");
+    }
+}
+
+/// Two reports show that the first motion left the queue. Then the tool is on the second one.
+fn lines_complete_only_when_the_query_left_late_enough(aside: i64, early_us: u64, checked: bool) {
+    let (mut guard, first) = two_jogs(aside, checked);
+    let seen = Time::ZERO.after(DRAIN * 2);
+    for _ in 0..2 {
+        let stamp = guard.stamp(seen);
+        guard.reported(&feedback(first, false, 1), stamp, seen).expect("it is in the hull");
+    }
+    let on_the_second = |k: i64| at((-1200 - aside - 200 * k, 2000));
+    let kept = |guard: &Guard| guard.in_flight().any(|point| point == first);
+    let early = DRAIN.saturating_sub(Duration::from_micros(early_us)).min(DRAIN - Duration::from_micros(1));
+    for k in 0..3 {
+        let stamp = guard.stamp(seen.after(early));
+        let place = on_the_second(k);
+        let arrives = seen.after(DRAIN * 4);
+        guard.reported(&feedback(place, false, 1), stamp, arrives).expect("it is in the hull");
+        assert!(kept(&guard), "{aside} {early_us} {checked}: the query left too early");
+    }
+    for k in 3..6 {
+        let now = seen.after(DRAIN * 5);
+        let stamp = guard.stamp(now);
+        guard.reported(&feedback(on_the_second(k), false, 1), stamp, now).expect("it is in the hull");
+    }
+    assert!(!kept(&guard), "{aside} {early_us} {checked}: evidence completes the line");
+}
