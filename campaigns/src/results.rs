@@ -86,7 +86,7 @@ pub enum ResultsError {
     #[error(transparent)]
     File(#[from] FileError),
     /// It is no results file of this format.
-    #[error("{}, line {line}: this is not {expected}. Name a file that --results wrote at this revision", path.display())]
+    #[error("{}, line {line}: this is not {expected}. Name a file that --results wrote", path.display())]
     Form {
         /// The file.
         path: PathBuf,
@@ -96,7 +96,7 @@ pub enum ResultsError {
         expected: &'static str,
     },
     /// Its bytes do not have its checksum.
-    #[error("{}: the file is damaged or cut off: its checksum does not fit. Copy it or run its shard again", .0.display())]
+    #[error("{}: the file is damaged or cut off, its checksum is wrong. Copy it or run its shard again", .0.display())]
     Checksum(PathBuf),
 }
 
