@@ -67,7 +67,7 @@ impl std::fmt::Display for FaultFate {
 }
 
 /// A line of the table: a fault under one engine.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaultRow {
     /// The fault's name.
     pub name: String,
@@ -81,6 +81,48 @@ pub struct FaultRow {
     pub digest: String,
 }
 
+/// Between the fields of a row in a results file, whose fields hold no tabs.
+const FIELD_SEPARATOR: &str = " ¦ ";
+
+impl FaultRow {
+    /// The row of a fault in its present form.
+    #[must_use]
+    pub fn new(fault: &SeededFault, engine: FaultEngine, fate: FaultFate, seconds: u64) -> Self {
+        Self { name: fault.name.clone(), engine: engine.name().into(), fate, seconds, digest: fault.digest() }
+    }
+
+    fn line(&self) -> String {
+        let (fate, detail) = self.fate.fields();
+        format!("{}\t{}\t{fate}\t{detail}\t{}\t{}", self.name, self.engine, self.seconds, self.digest)
+    }
+
+    fn of_line(line: &str) -> Option<Self> {
+        let mut fields = line.split('\t');
+        let mut next = || fields.next();
+        let (name, engine, fate, detail) = (next()?, next()?, next()?, next()?);
+        let (seconds, digest) = (next()?.parse().ok()?, next()?.into());
+        Some(Self {
+            name: name.into(),
+            engine: engine.into(),
+            fate: FaultFate::of(fate, detail)?,
+            seconds,
+            digest,
+        })
+    }
+
+    /// The row as one field of a campaign's results file.
+    #[must_use]
+    pub fn field(&self) -> String {
+        self.line().replace('\t', FIELD_SEPARATOR)
+    }
+
+    /// The row from such a field. `None` if the field is of another program.
+    #[must_use]
+    pub fn of_field(field: &str) -> Option<Self> {
+        Self::of_line(&field.replace(FIELD_SEPARATOR, "\t"))
+    }
+}
+
 /// The table's file.
 #[must_use]
 pub fn file() -> PathBuf {
@@ -90,21 +132,7 @@ pub fn file() -> PathBuf {
 /// The table; empty when there is none yet.
 #[must_use]
 pub fn read() -> Vec<FaultRow> {
-    let text = fs::read_to_string(file()).unwrap_or_default();
-    let row = |line: &str| {
-        let mut fields = line.split('\t');
-        let mut next = || fields.next();
-        let (name, engine, fate, detail) = (next()?, next()?, next()?, next()?);
-        let (seconds, digest) = (next()?.parse().ok()?, next()?.into());
-        Some(FaultRow {
-            name: name.into(),
-            engine: engine.into(),
-            fate: FaultFate::of(fate, detail)?,
-            seconds,
-            digest,
-        })
-    };
-    text.lines().filter_map(row).collect()
+    fs::read_to_string(file()).unwrap_or_default().lines().filter_map(FaultRow::of_line).collect()
 }
 
 /// The row of a fault, in its present form, under an engine.
@@ -123,25 +151,35 @@ pub fn is_settled(rows: &[FaultRow], fault: &SeededFault) -> bool {
     fault.engines().iter().all(settled)
 }
 
-/// Keeps the fate of a fault. Other runs may go on beside this one, so the table is read again first.
+/// Keeps a row in the table. Other runs may go on beside this one, so the table is read again first.
 ///
 /// # Errors
 /// The system's.
-pub fn keep(fault: &SeededFault, engine: FaultEngine, fate: &FaultFate, seconds: u64) -> io::Result<()> {
+pub fn keep(row: FaultRow) -> io::Result<()> {
     let mut rows = read();
-    rows.retain(|row| row.name != fault.name || row.engine != engine.name());
-    rows.push(FaultRow {
-        name: fault.name.clone(),
-        engine: engine.name().into(),
-        fate: fate.clone(),
-        seconds,
-        digest: fault.digest(),
-    });
-    let line = |row: &FaultRow| {
-        let (fate, detail) = row.fate.fields();
-        format!("{}\t{}\t{fate}\t{detail}\t{}\t{}\n", row.name, row.engine, row.seconds, row.digest)
-    };
+    rows.retain(|old| old.name != row.name || old.engine != row.engine);
+    rows.push(row);
     let file = file();
     fs::create_dir_all(file.parent().unwrap_or(Path::new(".")))?;
-    write_whole(&file, rows.iter().map(line).collect::<String>().as_bytes())
+    let lines = rows.iter().map(|row| row.line() + "\n");
+    write_whole(&file, lines.collect::<String>().as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn row_survives_as_a_line_and_as_a_field() {
+        let row = FaultRow {
+            name: "contour: a piece is skipped".into(),
+            engine: "proofs".into(),
+            fate: FaultFate::Noticed(vec!["contour".into(), "contour, lines lost".into()]),
+            seconds: 7,
+            digest: "88fc3d56".into(),
+        };
+        assert_eq!(FaultRow::of_line(&row.line()).as_ref(), Some(&row));
+        assert_eq!(FaultRow::of_field(&row.field()).as_ref(), Some(&row));
+        assert_eq!(FaultRow::of_field("400 states"), None);
+    }
 }

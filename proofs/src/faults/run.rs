@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use super::results::{FaultFate, keep};
+use super::results::{FaultFate, FaultRow};
 use super::{FaultEngine, SeededFault, tree, workspace};
 use crate::model_check::run::{ModelChecker, ModelVerdict};
 use crate::model_check::tools::Tools;
@@ -35,15 +35,17 @@ pub struct Workshop<'a> {
 
 impl Workshop<'_> {
     /// Runs the chosen faults of the catalogue (numbers from 1 on) under the chosen engines, prints a
-    /// line for each and keeps the results. Fuzz targets have a runner of their own, `cargo run -p
-    /// keepout-fuzz --example seeded`.
+    /// line for each and gives the row to `keep`, with the number. Fuzz targets have a runner of their own,
+    /// `cargo run -p keepout-fuzz --example seeded`.
     ///
     /// # Errors
-    /// When a tree cannot be copied, an edit's place is not there once, or a program cannot be run.
+    /// When a tree cannot be copied, an edit's place is not there once, or a program cannot be run; or the error of
+    /// `keep`.
     pub fn run(
         &self,
         catalogue: &[SeededFault],
         chosen: impl Fn(usize, FaultEngine) -> bool,
+        mut keep: impl FnMut(usize, FaultRow) -> io::Result<()>,
     ) -> io::Result<()> {
         let mut built = false;
         for (fault, number) in catalogue.iter().zip(1..) {
@@ -68,7 +70,7 @@ impl Workshop<'_> {
                 let fate = if equivalent { FaultFate::Equivalent } else { fate };
                 let seconds = begin.elapsed().as_secs();
                 println!("{number}\t{}\t{}\t{fate}\t{seconds} s", fault.name, engine.name());
-                keep(fault, engine, &fate, seconds)?;
+                keep(number, FaultRow::new(fault, engine, fate, seconds))?;
             }
         }
         Ok(())

@@ -17,7 +17,7 @@ const TESTS: [&str; 5] = ["kernel/tests", "tests/src", "tests/tests", "proofs/te
 /// The list of fuzz targets.
 const FUZZ: &str = "fuzz/src/lib.rs";
 /// The program of the hostile simulation.
-const HOSTILE: &str = "tests/src/bin/hostile.rs";
+const HOSTILE: &str = "tests/src/bin/hostile/main.rs";
 
 /// Reads the trace of the workspace at this root.
 ///

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 use std::time::Instant;
 
+use keepout_campaigns::{ItemOutcome, ShardOptions, ShardRecord};
 use keepout_proofs::invariant::World;
 use keepout_proofs::second_controller::SecondController;
 use keepout_proofs::worlds;
@@ -19,11 +20,13 @@ pub struct Explore {
     /// Explore with the second model of the controller, which another author wrote from the documentation.
     #[arg(long)]
     second: bool,
+    #[command(flatten)]
+    shard: ShardOptions,
 }
 
 impl Explore {
-    /// Explores the worlds and prints a line for each. The exit code is 0 if every world holds and was
-    /// explored completely.
+    /// Explores the worlds of the shard and prints a line for each. The exit code is 0 if every world holds and
+    /// was explored completely.
     pub fn run(&self) -> ExitCode {
         let chosen: Vec<World> =
             worlds::all().into_iter().filter(|world| world.name.contains(&self.only)).collect();
@@ -34,23 +37,47 @@ impl Explore {
             );
             return ExitCode::from(2);
         }
-        let mut held = true;
-        for world in chosen {
-            let begin = Instant::now();
-            let explored = if self.second {
-                world.explore_with::<SecondController>(self.states)
-            } else {
-                world.explore(self.states)
-            };
-            let (states, steps, depth) = (explored.states, explored.steps, explored.depth);
-            let all = if explored.complete { "all" } else { "not all" };
-            let seconds = begin.elapsed().as_secs_f64();
-            println!("{}: {states} states ({all}), {steps} steps, depth {depth}, {seconds:.1} s", world.name);
-            if let Some(sequence) = &explored.violation {
-                println!("{sequence:#?}");
-            }
-            held &= explored.violation.is_none() && explored.complete;
+        super::code(self.explore(chosen))
+    }
+
+    fn explore(&self, worlds: Vec<World>) -> std::io::Result<bool> {
+        let mut record = super::begin(&self.shard, &[])?;
+        for world in self.shard.shard.part(worlds) {
+            self.explore_one(&world, &mut record);
         }
-        super::code(Ok(held))
+        super::finish(record)
+    }
+
+    fn explore_one(&self, world: &World, record: &mut ShardRecord) {
+        let begin = Instant::now();
+        let explored = if self.second {
+            world.explore_with::<SecondController>(self.states)
+        } else {
+            world.explore(self.states)
+        };
+        let (states, steps, depth) = (explored.states, explored.steps, explored.depth);
+        let all = if explored.complete { "all" } else { "not all" };
+        let found = format!("{states} states ({all}), {steps} steps, depth {depth}");
+        println!("{}: {found}, {:.1} s", world.name, begin.elapsed().as_secs_f64());
+        let holds = explored.violation.is_none() && explored.complete;
+        let detail = match explored.violation {
+            Some(sequence) => {
+                println!("{sequence:#?}");
+                format!("{found}, violated after: {}", sequence.join(" → "))
+            }
+            None => found,
+        };
+        let outcome = if holds { ItemOutcome::Held } else { ItemOutcome::Failed };
+        let again = format!(
+            "explore{} --states {} --only '{}'",
+            if self.second { " --second" } else { "" },
+            self.states,
+            world.name
+        );
+        record.row(outcome, world.name, &detail, &again);
+        record.total("worlds", 1);
+        for (name, count) in [("states", states), ("steps", steps)] {
+            record.total(name, u64::try_from(count).unwrap_or(u64::MAX));
+        }
     }
 }

@@ -1,10 +1,13 @@
 //! `faults`: the seeded faults of the catalogue, each of which must be noticed.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use keepout_campaigns::{ItemOutcome, Shard, ShardOptions, ShardRecord, ShardResults};
+use keepout_proofs::faults::results::{self, FaultRow};
 use keepout_proofs::faults::run::Workshop;
-use keepout_proofs::faults::{self, FaultEngine, results};
+use keepout_proofs::faults::{self, FaultEngine, SeededFault};
 
 /// Which faults to seed, and where the copies lie.
 #[derive(Debug, clap::Args)]
@@ -32,35 +35,89 @@ pub struct SeededFaults {
     /// Minutes of hostile simulation for one fault.
     #[arg(long, default_value_t = 4.0)]
     minutes: f64,
+    /// Print the numbers and names of the chosen faults, and run none.
+    #[arg(long)]
+    list: bool,
+    /// Enter the rows of these results files into the table of faults, and run none.
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "list")]
+    take: Vec<PathBuf>,
+    #[command(flatten)]
+    shard: ShardOptions,
 }
 
 impl SeededFaults {
-    /// Runs them and prints a line for each. The exit code says whether all faults of the catalogue are settled.
+    /// Runs them and prints a line for each. The exit code says whether all faults of the catalogue are settled. For a
+    /// shard, or with `--results`, it says whether all faults that ran are settled.
     pub fn run(&self) -> ExitCode {
         super::code(self.try_run())
     }
 
-    fn try_run(&self) -> std::io::Result<bool> {
-        let folder = self.folder.clone().unwrap_or_else(|| std::env::temp_dir().join("keepout-faults"));
+    fn try_run(&self) -> io::Result<bool> {
         let (catalogue, known) = (faults::catalogue()?, results::read());
-        let workshop = Workshop { folder: &folder, minutes: self.minutes };
-        workshop.run(&catalogue, |number, engine| {
-            let fault = &catalogue[number - 1];
-            let settled = results::row(&known, fault, engine).is_some_and(|row| row.fate.is_settled());
-            engine != FaultEngine::Fuzz
-                && self.only.is_none_or(|only| only == number)
-                && self.from.is_none_or(|from| number >= from)
-                && (!self.left || !settled)
-                && self
-                    .file
-                    .as_ref()
-                    .is_none_or(|place| fault.edits().any(|edit| edit.file.starts_with(place)))
-                && (!self.kernel || fault.is_in_kernel())
-                && (!self.switched || fault.is_switched() && engine.runs_switched())
-        })?;
+        let chosen = |number: usize, engine| self.chooses(number, &catalogue[number - 1], engine, &known);
+        if self.list {
+            for (number, fault) in (1..).zip(&catalogue) {
+                for engine in fault.engines().into_iter().filter(|engine| chosen(number, *engine)) {
+                    println!("{number}\t{}\t{}", fault.name, engine.name());
+                }
+            }
+            return Ok(true);
+        }
+        for path in &self.take {
+            let taken = ShardResults::read(path).map_err(io::Error::other)?;
+            taken
+                .rows
+                .iter()
+                .filter_map(|row| FaultRow::of_field(&row.detail))
+                .try_for_each(results::keep)?;
+        }
+        let mut record = super::begin(&self.shard, self.folder.as_deref().map(Path::as_os_str).as_slice())?;
+        if self.take.is_empty() {
+            let workshop = Workshop { folder: &self.folder(), minutes: self.minutes };
+            workshop.run(&catalogue, chosen, |number, row| self.keep(number, row, &mut record))?;
+        }
+        if self.is_part() {
+            return super::finish(record);
+        }
         let rows = results::read();
         let open: Vec<_> = catalogue.iter().filter(|fault| !results::is_settled(&rows, fault)).collect();
         open.iter().for_each(|fault| println!("not noticed, or not run: {}", fault.name));
         Ok(open.is_empty())
+    }
+
+    /// Whether this run is a part of a campaign. Then it does not judge the whole catalogue.
+    fn is_part(&self) -> bool {
+        self.shard.results.is_some() || self.shard.shard != Shard::WHOLE
+    }
+
+    fn chooses(&self, number: usize, fault: &SeededFault, engine: FaultEngine, known: &[FaultRow]) -> bool {
+        let settled = results::row(known, fault, engine).is_some_and(|row| row.fate.is_settled());
+        engine != FaultEngine::Fuzz
+            && self.shard.shard.takes(number as u64 - 1)
+            && self.only.is_none_or(|only| only == number)
+            && self.from.is_none_or(|from| number >= from)
+            && (!self.left || !settled)
+            && self.file.as_ref().is_none_or(|place| fault.edits().any(|edit| edit.file.starts_with(place)))
+            && (!self.kernel || fault.is_in_kernel())
+            && (!self.switched || fault.is_switched() && engine.runs_switched())
+    }
+
+    /// The folder of the copies. Shards on one machine do not share it.
+    fn folder(&self) -> PathBuf {
+        let shard = self.shard.shard;
+        let name = match shard {
+            Shard::WHOLE => "keepout-faults".into(),
+            _ => format!("keepout-faults-{}-of-{}", shard.index(), shard.of()),
+        };
+        self.folder.clone().unwrap_or_else(|| std::env::temp_dir().join(name))
+    }
+
+    /// Keeps a row in the results file. Without such a file, keeps it in the table.
+    fn keep(&self, number: usize, row: FaultRow, record: &mut ShardRecord) -> io::Result<()> {
+        let outcome = if row.fate.is_settled() { ItemOutcome::Held } else { ItemOutcome::Failed };
+        let again = format!("faults --only {number} --minutes {}", self.minutes);
+        record.row(outcome, &format!("{number} {}: {}", row.engine, row.name), &row.field(), &again);
+        record.total(&format!("faults under {}", row.engine), 1);
+        if self.shard.results.is_some() { Ok(()) } else { results::keep(row) }
     }
 }

@@ -10,7 +10,10 @@ mod write;
 
 use std::process::ExitCode;
 
+use std::ffi::OsStr;
+
 use clap::{Parser, Subcommand};
+use keepout_campaigns::{ShardOptions, ShardRecord};
 
 /// Proofs of Keepout's trusted core.
 #[derive(Debug, Parser)]
@@ -64,4 +67,14 @@ fn code(outcome: std::io::Result<bool>) -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Begins the results of a shard. `local` are arguments that belong to this machine.
+fn begin(options: &ShardOptions, local: &[&OsStr]) -> std::io::Result<ShardRecord> {
+    options.begin("keepout-proofs", String::new(), local).map_err(std::io::Error::other)
+}
+
+/// Writes the results of a shard. Returns whether every item holds.
+fn finish(record: ShardRecord) -> std::io::Result<bool> {
+    record.finish().map_err(std::io::Error::other)
 }
