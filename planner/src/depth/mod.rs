@@ -313,6 +313,9 @@ impl Relief {
         if !self.tops.iter().all(between) || self.deepest > bottom || self.step_down == Length::ZERO {
             return Err(DepthError::Foreign("a face is above the top or below the bottom"));
         }
+        if self.clamps < Height::ZERO {
+            return Err(DepthError::Foreign("a clamp ends below the top"));
+        }
         if let EntryMove::Ramp { slope } = self.entry
             && !EntryMove::SLOPES.contains(&slope)
         {

@@ -1,0 +1,77 @@
+//! The safety trace has no gap, its pages are up to date, and it notices its own seeded defects.
+#![cfg(all(feature = "guard", feature = "tools", feature = "solvers"))]
+
+use keepout_proofs::faults::workspace;
+use keepout_proofs::trace::{self, Evidence, EvidenceKind, Trace, TraceGap, page};
+
+fn read() -> Trace {
+    trace::read(&workspace()).expect("the pages and sources are here")
+}
+
+#[test]
+fn every_requirement_is_traced_from_its_hazard_to_a_fault() {
+    let gaps = read().gaps();
+    let list: Vec<String> = gaps.iter().map(ToString::to_string).collect();
+    assert!(gaps.is_empty(), "{} gaps:\n{}", gaps.len(), list.join("\n"));
+}
+
+#[test]
+fn pages_are_up_to_date() {
+    for (name, text) in page::pages(&read()).expect("they can be written") {
+        let kept = std::fs::read_to_string(workspace().join("docs/safety").join(name)).unwrap_or_default();
+        assert!(kept == text, "docs/safety/{name} is old: run `keepout-proofs trace`");
+    }
+}
+
+/// A requirement that nobody tests, a test that cannot fail, evidence for nothing, and wrong numbers.
+#[test]
+fn seeded_defects_of_the_trace_are_noticed() {
+    let sound = read();
+    let with = |change: &dyn Fn(&mut Trace)| {
+        let mut changed = sound.clone();
+        change(&mut changed);
+        changed.gaps()
+    };
+    let test = |name: &str, requirements: &[&str]| Evidence {
+        kind: EvidenceKind::Test,
+        name: name.into(),
+        file: "kernel/src/lib.rs".into(),
+        requirements: requirements.iter().map(ToString::to_string).collect(),
+        runs_code: true,
+    };
+
+    let untested = |trace: &mut Trace| {
+        let mut requirement = trace.statements.requirements[0].clone();
+        requirement.id = "SR-99".into();
+        trace.statements.requirements.push(requirement);
+    };
+    let gaps = with(&untested);
+    assert!(gaps.contains(&TraceGap::NoEvidence("SR-99".into())), "{gaps:?}");
+    assert!(gaps.contains(&TraceGap::NoMechanism("SR-99".into())), "{gaps:?}");
+
+    let gaps = with(&|trace| trace.evidence.push(test("it_holds", &["SR-01"])));
+    let gap = |gap: &TraceGap| matches!(gap, TraceGap::CannotFail { name, .. } if name == "it_holds");
+    assert!(gaps.iter().any(gap), "{gaps:?}");
+
+    let gaps = with(&|trace| trace.evidence.push(test("it_holds", &[])));
+    let gap = |gap: &TraceGap| matches!(gap, TraceGap::NoRequirement { name, .. } if name == "it_holds");
+    assert!(gaps.iter().any(gap), "{gaps:?}");
+
+    let gaps = with(&|trace| trace.evidence.push(test("it_holds", &["SR-77"])));
+    let gap = |gap: &TraceGap| matches!(gap, TraceGap::Unknown { id, .. } if id == "SR-77");
+    assert!(gaps.iter().any(gap), "{gaps:?}");
+
+    let gaps = with(&|trace| trace.faults[0].settled = false);
+    assert!(gaps.contains(&TraceGap::Unnoticed(sound.faults[0].name.clone())), "{gaps:?}");
+
+    let gaps = with(&|trace| trace.statements.hazards[0].whole = false);
+    assert!(gaps.contains(&TraceGap::Incomplete("H-01".into())), "{gaps:?}");
+
+    // A mechanism whose file was moved: the faults in the file at its new place break a requirement elsewhere.
+    let gaps = with(&|trace| {
+        for mechanism in trace.mechanisms.iter_mut().filter(|each| each.file.ends_with("predicate.rs")) {
+            mechanism.file = "kernel/src/exact/moved.rs".into();
+        }
+    });
+    assert!(gaps.iter().any(|gap| matches!(gap, TraceGap::Elsewhere { .. })), "{gaps:?}");
+}
