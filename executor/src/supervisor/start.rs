@@ -45,7 +45,7 @@ impl Supervisor {
                 self.note_of_acceleration(*limits);
                 self.limits = self.limits.least(*limits);
                 let on_cancel = self.on_cancel();
-                self.guard.learn_of_cancels(on_cancel, deceleration(self.limits.acceleration_mm_s2));
+                self.guard.learn_of_cancels(on_cancel, deceleration(self.least_acceleration_mm_s2()));
                 if self.homes {
                     commands.push(Command::Home);
                     self.state = State::Homing;
@@ -72,6 +72,13 @@ impl Supervisor {
             Some(false) if stated == OnCancel::KeepsPath => OnCancel::MayStray,
             _ => stated,
         }
+    }
+
+    /// The least acceleration of the machine's axes, mm/s². The supervisor's limits are those of x and y. For the
+    /// third axis the machine profile counts, because no controller with a cancel states its acceleration.
+    fn least_acceleration_mm_s2(&self) -> f64 {
+        let z = self.work.plan.plan.machine.z.as_ref();
+        z.map_or(f64::INFINITY, |z| z.acceleration_mm_s2).min(self.limits.acceleration_mm_s2)
     }
 
     /// Notes an acceleration above that of the machine profile. The margin holds the contour error at the
