@@ -235,18 +235,6 @@ impl MachineProfile {
         toml::to_string(self).expect("numbers and texts are TOML")
     }
 
-    /// Text of a profile with a new `[controller]` table. The rest of the text stays as it is, with its
-    /// comments.
-    ///
-    /// # Panics
-    /// Never: every field has a form in TOML.
-    #[must_use]
-    pub fn text_with_controller(text: &str, controller: &ControllerProfile) -> String {
-        let before: Vec<&str> = text.lines().take_while(|line| line.trim() != "[controller]").collect();
-        let table = toml::to_string(controller).expect("numbers and texts are TOML");
-        format!("{}\n\n[controller]\n{table}", before.join("\n").trim_end())
-    }
-
     /// Checks that every figure is possible for a machine.
     ///
     /// # Errors
@@ -322,26 +310,11 @@ mod tests {
     }
 
     #[test]
-    fn controller_table_is_replaced_and_the_rest_is_kept() {
-        let path = Path::new("any.toml");
-        let text = format!("# my mill\n{}", MachineProfile::simulated().to_toml());
-        let first = ControllerProfile { keeps_path_on_cancel: Some(true), ..ControllerProfile::default() };
-        let second = ControllerProfile {
-            firmware: "1.1h \"x\"".into(),
-            keeps_path_on_cancel: Some(false),
-            largest_deviation_mm: Some(0.3),
-            planner_blocks: Some(15),
-            ..ControllerProfile::default()
-        };
-        let stored = MachineProfile::text_with_controller(&text, &first);
-        let stored = MachineProfile::text_with_controller(&stored, &second);
-        assert!(stored.starts_with("# my mill\n") && stored.matches("[controller]").count() == 1);
-        let read = MachineProfile::parse(path, &stored).unwrap();
-        assert_eq!(read, MachineProfile { controller: Some(second), ..MachineProfile::simulated() });
+    fn impossible_figures_of_the_controller_are_refused() {
         for wrong in ["idle_delay_ms = -1.0", "planner_blocks = 0", "largest_deviation_mm = inf", "speed = 1"]
         {
-            let text = format!("{text}\n[controller]\n{wrong}\n");
-            assert!(MachineProfile::parse(path, &text).is_err(), "{wrong}");
+            let text = format!("{}\n[controller]\n{wrong}\n", MachineProfile::simulated().to_toml());
+            assert!(MachineProfile::parse(Path::new("any.toml"), &text).is_err(), "{wrong}");
         }
     }
 

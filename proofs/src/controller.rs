@@ -31,11 +31,22 @@ const STEPPER: usize = 2;
 /// Largest distance between a report and the tool, lattice units.
 pub const RESOLUTION: i64 = 4;
 /// Largest distance that the tool moves after a cancel if it may leave its path, lattice units: 150 ms at 1
-/// mm/min, with no time to brake.
+/// mm/min, with no time to brake. Each of two non-interpolated axes moves so far.
 pub const STRAY: i64 = 250;
-/// Rest positions after such a cancel, relative to the tool's position at the cancel.
-const STRAYS: [Xyz; 6] =
-    [(0, 0, 0), (STRAY, 0, 0), (-STRAY, 0, 0), (0, STRAY, 0), (0, -STRAY, 0), (0, 0, -STRAY)];
+/// Rest positions after such a cancel, relative to the tool's position at the cancel. Those along two axes need
+/// non-interpolated axes, and the last one needs a third axis.
+const STRAYS: [Xyz; 10] = [
+    (0, 0, 0),
+    (STRAY, 0, 0),
+    (-STRAY, 0, 0),
+    (0, STRAY, 0),
+    (0, -STRAY, 0),
+    (STRAY, STRAY, 0),
+    (STRAY, -STRAY, 0),
+    (-STRAY, STRAY, 0),
+    (-STRAY, -STRAY, 0),
+    (0, 0, -STRAY),
+];
 
 /// Errors of a report, relative to the tool's position.
 const ERRORS: [Xyz; 7] = [
@@ -78,7 +89,8 @@ pub struct MotionModel {
     pub flushes: bool,
     /// A cancel stops the motion. True for jogs, false for contours.
     pub cancels: bool,
-    /// A cancelled motion may leave its path before the tool is at rest, by at most [`STRAY`].
+    /// A cancelled motion may leave its path before the tool is at rest, by at most [`STRAY`]. Non-interpolated axes
+    /// leave it by that much each.
     pub strays: bool,
     /// Reports may be off by [`RESOLUTION`].
     pub errs: bool,
@@ -244,8 +256,10 @@ impl MachineModel {
             return;
         }
         if self.straying {
-            let all = if self.drive.climbs { 6 } else { 5 };
-            (0..all).for_each(|to| may(true, Happening::Strays { to }));
+            for ((x, y, z), to) in STRAYS.into_iter().zip(0..) {
+                let single = x == 0 || y == 0;
+                may((self.drive.climbs || z == 0) && (self.drive.apart || single), Happening::Strays { to });
+            }
             return;
         }
         let room = self.planner.len() < PLANNER;

@@ -16,6 +16,7 @@ use keepout_sim::conformance::{
     Bench, Care, Findings, RecordError, Recording, Scenario, ScenarioRecorder, Setup, SimulatedBench, Start,
     compare, load, save, scenarios, simulate, table,
 };
+use toml_edit::{DocumentMut, Item, TomlError};
 
 use super::CliError;
 use super::plan::{given, refuse_same};
@@ -194,9 +195,92 @@ fn shown(text: &str) -> String {
 
 /// Writes the findings into the machine profile. The rest of the file does not change.
 fn store(path: &Path, controller: &ControllerProfile) -> Result<(), CliError> {
-    let text = MachineProfile::text_with_controller(&MACHINE_PROFILE.read_text(path)?, controller);
+    let wrong = |error: TomlError| CliError::Argument(format!("{}: {error}", path.display()));
+    let text = with_controller(&MACHINE_PROFILE.read_text(path)?, controller).map_err(wrong)?;
     MachineProfile::parse(path, &text)?;
     MACHINE_PROFILE.write(path, text.as_bytes())?;
     println!("stored       {}: make your plans again with this profile", path.display());
     Ok(())
+}
+
+/// Text of a machine profile with a new `[controller]` table, in the place of the old one. The rest of the text stays
+/// as it is, with its comments.
+///
+/// # Errors
+/// [`TomlError`] if the text is not TOML.
+fn with_controller(text: &str, controller: &ControllerProfile) -> Result<String, TomlError> {
+    let mut profile: DocumentMut = text.parse()?;
+    let figures = toml::to_string(controller).expect("numbers and texts are TOML");
+    let mut table = figures.parse::<DocumentMut>()?.as_table().clone();
+    match profile.get("controller").and_then(Item::as_table) {
+        Some(old) => {
+            table.set_position(old.position());
+            *table.decor_mut() = old.decor().clone();
+        }
+        None => {
+            table.set_position(None);
+            table.decor_mut().set_prefix("\n");
+        }
+    }
+    profile.insert("controller", Item::Table(table));
+    Ok(profile.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use keepout_planner::machine::ZProfile;
+
+    use super::*;
+
+    fn read(text: &str) -> MachineProfile {
+        MachineProfile::parse(Path::new("any.toml"), text).unwrap()
+    }
+
+    #[test]
+    fn controller_table_is_replaced_and_the_rest_is_kept() {
+        let text = format!("# my mill\n{}", MachineProfile::simulated().to_toml());
+        let first = ControllerProfile { keeps_path_on_cancel: Some(true), ..ControllerProfile::default() };
+        let second = ControllerProfile {
+            firmware: "1.1h \"x\"".into(),
+            keeps_path_on_cancel: Some(false),
+            largest_deviation_mm: Some(0.3),
+            planner_blocks: Some(15),
+            ..ControllerProfile::default()
+        };
+        let stored = with_controller(&text, &first).unwrap();
+        assert!(stored.starts_with(&format!("{text}\n[controller]\n")), "{stored}");
+        let stored = with_controller(&stored, &second).unwrap();
+        assert!(stored.starts_with(&text) && stored.matches("[controller]").count() == 1, "{stored}");
+        assert_eq!(read(&stored), MachineProfile { controller: Some(second), ..MachineProfile::simulated() });
+    }
+
+    /// Found by a reader: a `[z]` table after `[controller]` was lost, and the machine had two axes.
+    #[test]
+    fn tables_after_the_controller_are_kept() {
+        let plain = MachineProfile::simulated();
+        let mut after = String::from("# measured in May\n[z] # the quill\n");
+        after += &toml::to_string(&ZProfile::simulated()).unwrap();
+        let old = "\n# by doctor\n[controller] # old\nplanner_blocks = 15\n\n";
+        let text = format!("{}{old}{after}# the end\n", plain.to_toml());
+        let figures = ControllerProfile { planner_blocks: Some(35), ..ControllerProfile::default() };
+        let stored = with_controller(&text, &figures).unwrap();
+        assert_eq!(
+            read(&stored),
+            MachineProfile { controller: Some(figures.clone()), ..MachineProfile::simulated_three_axes() }
+        );
+        assert!(
+            stored.contains("# by doctor\n[controller] # old\n") && stored.ends_with("# the end\n"),
+            "{stored}"
+        );
+        assert!(stored.contains(&after), "{stored}");
+        // Other ways to write the table.
+        for old in ["controller = { planner_blocks = 15 }\n", "controller.planner_blocks = 15\n"] {
+            let stored = with_controller(&format!("{old}{}\n{after}", plain.to_toml()), &figures).unwrap();
+            let kept = MachineProfile {
+                controller: Some(figures.clone()),
+                ..MachineProfile::simulated_three_axes()
+            };
+            assert_eq!(read(&stored), kept, "{stored}");
+        }
+    }
 }

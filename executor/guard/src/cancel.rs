@@ -10,7 +10,9 @@
 //! if its file states so.
 //!
 //! *Not path-keeping.* The controller may leave its path while it brakes. The tool stops within its stopping
-//! distance of where the cancel reached it, in any direction, also downward. The guard admits a cancel only if
+//! distance of where the cancel reached it, in any direction, also downward. If the axes are not interpolated,
+//! the feed is the top speed of each axis. Each axis then stops within that distance, and the tool within √2
+//! times that distance in the plane. The guard admits a cancel only if
 //! the hull, grown by that distance, is clear of what stands above the lowest height less that distance. The set
 //! keeps the growth, and the guard admits no jog, until the tool is at rest. A refused cancel is not sent: the
 //! jogs run to their certified targets, a short way ahead. A described controller belongs here unless its file
@@ -53,14 +55,20 @@ const BUFFERED_MS: u128 = 150;
 const ROUNDING: i64 = 4;
 
 /// Stopping distance of a tool at `feed_mm_min` after a cancel: v·t + v²/2a, rounded up. Here v is in
-/// units/s, t is the buffered time, and a is the least deceleration in units/s². `None` when the distance
-/// exceeds the lattice.
-pub(crate) fn stopping_distance(feed_mm_min: u32, deceleration: u64) -> Option<Length> {
+/// units/s, t is the buffered time, and a is the least deceleration in units/s². With non-interpolated axes, two
+/// axes at that feed stop within √2 times as much in the plane. `None` when the distance exceeds the lattice.
+fn stopping_distance(feed_mm_min: u32, deceleration: u64, interpolation: Interpolation) -> Option<Length> {
     let (numerator, denominator) = UNITS_PER_S;
     let speed = (u128::from(feed_mm_min) * numerator).div_ceil(denominator);
     let buffered = (speed * BUFFERED_MS).div_ceil(1000);
     let braking = (speed * speed).div_ceil(2 * u128::from(deceleration).max(1));
-    i64::try_from(buffered + braking).ok().and_then(|units| Length::from_units(units).ok())
+    let along = buffered + braking;
+    let distance = match interpolation {
+        Interpolation::Linear => along,
+        // 99/70 is above √2: 99² = 2·70² + 1.
+        Interpolation::Independent => (along * 99).div_ceil(70),
+    };
+    i64::try_from(distance).ok().and_then(|units| Length::from_units(units).ok())
 }
 
 impl Guard {
@@ -116,7 +124,8 @@ impl Guard {
             return Err(Refusal::InsideJoggingClearance);
         }
         let deceleration = self.deceleration.ok_or(Refusal::StoppingUnknown)?;
-        let distance = stopping_distance(self.set.fastest, deceleration).ok_or(Refusal::StoppingUnknown)?;
+        let distance = stopping_distance(self.set.fastest, deceleration, self.set.interpolation)
+            .ok_or(Refusal::StoppingUnknown)?;
         let stray = self.set.stray.plus(distance).map_err(|_| Refusal::StoppingUnknown)?;
         self.set.admit_stray(&self.simplified, stray)?;
         self.set.stray = stray;
@@ -202,11 +211,26 @@ mod tests {
 
     #[test]
     fn stopping_distance_is_rounded_up() {
+        use Interpolation::{Independent, Linear};
         // 6000 mm/min is 100 mm/s: 15 mm in 150 ms, and 10 mm of braking at 500 mm/s².
-        assert_eq!(stopping_distance(6000, 50_000_000), Length::from_units(2_500_000).ok());
+        assert_eq!(stopping_distance(6000, 50_000_000, Linear), Length::from_units(2_500_000).ok());
+        assert_eq!(stopping_distance(6000, 50_000_000, Independent), Length::from_units(3_535_715).ok());
         // 1 mm/min is 1666.7 units/s.
-        assert_eq!(stopping_distance(1, 1_000_000_000), Length::from_units(251 + 1).ok());
-        assert_eq!(stopping_distance(u32::MAX, 1), None);
-        assert_eq!(stopping_distance(0, 0), Some(Length::ZERO));
+        assert_eq!(stopping_distance(1, 1_000_000_000, Linear), Length::from_units(251 + 1).ok());
+        for interpolation in [Linear, Independent] {
+            assert_eq!(stopping_distance(u32::MAX, 1, interpolation), None);
+            assert_eq!(stopping_distance(0, 0, interpolation), Some(Length::ZERO));
+        }
+    }
+
+    // Evidence for SR-11.
+    /// Two axes that each stop within the distance of one axis stop within the certified one.
+    #[test]
+    fn stopping_distance_of_two_axes_covers_both() {
+        for feed in 0..20_000 {
+            let of = |interpolation| stopping_distance(feed, 100_000_000, interpolation).unwrap().units();
+            let [one, both] = [Interpolation::Linear, Interpolation::Independent].map(of).map(i64::from);
+            assert!(both * both >= 2 * one * one, "{feed} mm/min: {one} and {both} units");
+        }
     }
 }

@@ -10,9 +10,10 @@ use crate::OnCancel;
 /// How a controller drives to a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Interpolated axes: the tool drives straight to the target.
+    /// Interpolated axes: the tool drives straight to the target. The feed is its greatest speed.
     Linear,
-    /// Non-interpolated axes: the tool can be anywhere in the box between start and target.
+    /// Non-interpolated axes: the tool can be anywhere in the box between start and target. The feed is the
+    /// greatest speed of each axis.
     Independent,
 }
 

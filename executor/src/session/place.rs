@@ -39,7 +39,8 @@ impl TablePlacement {
         self.z.map(|z| z.travel)
     }
 
-    /// The placement with the top of the part at this height, machine coordinates, mm.
+    /// The placement with the top of the part at this height, machine coordinates, mm. The top is rounded up to
+    /// 1 µm: the tool then never goes deeper than the stated top permits.
     ///
     /// # Errors
     /// [`PlaceError::TopBeyond`] if the safe height or the deepest pass then lies beyond the travel.
@@ -50,10 +51,11 @@ impl TablePlacement {
         let travel_mm = mm(z.travel[1].units()) - mm(z.travel[0].units());
         let (safe_mm, deepest_mm) = (mm(relief.safe.units()), mm(relief.deepest.units()));
         let (lowest, highest) = (-travel_mm - deepest_mm, -safe_mm);
+        let top_mm = (top_mm * 1000.0 - SAME_GRID).ceil() / 1000.0;
         if !(lowest..=highest).contains(&top_mm) {
             return Err(PlaceError::TopBeyond { lowest, highest });
         }
-        let zero = height_from_mm((top_mm * 1000.0).round() / 1000.0)?;
+        let zero = height_from_mm(top_mm)?;
         let top_of_travel = Height::from_units(-i64::from(zero.units()))?;
         let travel = [top_of_travel.lowered(length_up_from_mm(travel_mm)?), top_of_travel];
         Ok(Self { z: Some(PlacedZ { zero, travel }), ..self })
@@ -190,6 +192,10 @@ pub enum PlaceError {
 /// Grid of the offset, in lattice units: 1 µm. Jog targets then need three decimals in mm.
 const GRID: i32 = 100;
 
+/// Part of the grid by which a stated top may exceed a point of the grid and still count as that point. A decimal
+/// such as 0.001 mm has no exact binary fraction.
+const SAME_GRID: f64 = 1e-6;
+
 /// Travel that stays free at the table's edges, mm. The home position lies there.
 const EDGE_MM: f64 = 2.0;
 
@@ -292,4 +298,43 @@ fn start_beside(plan: &CertifiedPlan, beyond: f64) -> Option<Point> {
             point_from_mm(a.midpoint(b) - along.left() * beyond).ok()
         })
         .find(|&point| plan.part.free_point(point, plan.roughing).is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use keepout_planner::depth::DepthParameters;
+    use keepout_planner::request::PlanRequest;
+
+    use super::*;
+
+    // Evidence for SR-16.
+    /// A machine height below the true top would let the tool enter the part by the difference.
+    #[test]
+    fn stated_top_is_never_rounded_down() {
+        let bytes = include_bytes!("../../cli/drawings/cover.dxf");
+        let machine = MachineProfile::simulated_three_axes();
+        let mut request = PlanRequest::default();
+        request.job.depth = Some(DepthParameters::of(6.0));
+        let plan = request.plan("cover", bytes, &machine, &mut |_| {}).unwrap();
+        let place = place_on_table(&plan, &machine, None).unwrap();
+        let placed = |top_mm: f64| place.with_top(&plan, Some(top_mm));
+        for (top_mm, units) in [
+            (-40.0, -4_000_000),
+            (-40.001, -4_000_100),
+            (-40.000_4, -4_000_000),
+            (-40.000_6, -4_000_000),
+            (-40.000_999, -4_000_000),
+            (-39.999_999, -3_999_900),
+        ] {
+            let PlacedZ { zero, travel } = placed(top_mm).unwrap().z.unwrap();
+            assert_eq!(zero.units(), units, "{top_mm} mm");
+            assert_eq!(travel[1].units(), -units, "{top_mm} mm");
+        }
+        // The greatest permitted top is a point of the grid, and a higher one is refused.
+        let highest = -mm(plan.plan.relief.as_ref().unwrap().safe.units());
+        assert_eq!(placed(highest).unwrap().z.unwrap().zero, height_from_mm(highest).unwrap());
+        for beyond in [highest + 0.000_1, f64::NAN, f64::INFINITY] {
+            assert!(matches!(placed(beyond), Err(PlaceError::TopBeyond { .. })), "{beyond}");
+        }
+    }
 }

@@ -5,7 +5,7 @@
 
 use keepout_guard::{OnCancel, Time};
 use keepout_kernel::UNITS_PER_MM;
-use keepout_kernel::curve::nearest_unit;
+use keepout_kernel::curve::round_down;
 
 use super::event::{Command, Mode, Reply, Report};
 use super::jog::JogPlanner;
@@ -45,7 +45,7 @@ impl Supervisor {
                 self.note_of_acceleration(*limits);
                 self.limits = self.limits.least(*limits);
                 let on_cancel = self.on_cancel();
-                self.guard.learn_of_cancels(on_cancel, deceleration(self.limits.acceleration_mm_s2));
+                self.guard.learn_of_cancels(on_cancel, deceleration(self.least_acceleration_mm_s2()));
                 if self.homes {
                     commands.push(Command::Home);
                     self.state = State::Homing;
@@ -72,6 +72,13 @@ impl Supervisor {
             Some(false) if stated == OnCancel::KeepsPath => OnCancel::MayStray,
             _ => stated,
         }
+    }
+
+    /// The least acceleration of the machine's axes, mm/s². The supervisor's limits are those of x and y. For the
+    /// third axis the machine profile counts, because no controller with a cancel states its acceleration.
+    fn least_acceleration_mm_s2(&self) -> f64 {
+        let z = self.work.plan.plan.machine.z.as_ref();
+        z.map_or(f64::INFINITY, |z| z.acceleration_mm_s2).min(self.limits.acceleration_mm_s2)
     }
 
     /// Notes an acceleration above that of the machine profile. The margin holds the contour error at the
@@ -124,8 +131,28 @@ impl Supervisor {
     }
 }
 
-/// A deceleration in lattice units per s², rounded down. `None` when it is unknown.
+/// A deceleration in lattice units per s², rounded down. `None` when it is unknown. A lower deceleration makes
+/// the stopping distance longer.
 fn deceleration(mm_s2: f64) -> Option<u64> {
     let units = mm_s2 * f64::from(UNITS_PER_MM);
-    (units >= 1.0 && units.is_finite()).then(|| u64::try_from(nearest_unit(units.floor())).unwrap_or(0))
+    (units >= 1.0 && units.is_finite()).then(|| u64::try_from(round_down(units)).unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Evidence for SR-11.
+    #[test]
+    fn deceleration_is_never_above_the_stated_one() {
+        for (mm_s2, units) in
+            [(0.1, 10_000), (1000.0, 100_000_000), (5368.75, 536_875_000), (1e6, 100_000_000_000)]
+        {
+            assert_eq!(deceleration(mm_s2), Some(units), "{mm_s2} mm/s²");
+        }
+        assert_eq!(deceleration(1e-5 / 2.0), None, "less than a unit");
+        assert!(deceleration(1e300).is_some_and(|units| units < u64::MAX));
+        assert_eq!(deceleration(f64::INFINITY), None);
+        assert_eq!(deceleration(f64::NAN), None);
+    }
 }

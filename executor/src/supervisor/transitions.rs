@@ -6,13 +6,13 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use keepout_guard::{Interpolation, OnCancel};
+use keepout_guard::{Interpolation, OnCancel, Refusal};
 use keepout_kernel::Point;
 use keepout_kernel::exact::segment::Window;
 use keepout_planner::Mm2;
 use keepout_planner::job::ContourJob;
 use keepout_planner::job::JobError;
-use keepout_planner::machine::{ControllerProfile, MachineProfile};
+use keepout_planner::machine::{ControllerProfile, MachineProfile, ZProfile};
 use keepout_planner::request::PlanRequest;
 use keepout_planner::units::point_from_mm;
 
@@ -248,5 +248,23 @@ fn profile_weakens_what_a_cancel_does_and_never_strengthens_it() {
         let prepared = Event::Reply(Reply::Prepared(Limits::of(100.0, 500.0)));
         supervisor.step(prepared, NOW, &mut Vec::new());
         assert_eq!(supervisor.guard().on_cancel(), assumed, "{measured:?} {stated:?}");
+    }
+}
+
+// Evidence for SR-11.
+/// An axis that hardly brakes has no stopping distance on the lattice.
+#[test]
+fn stopping_distance_follows_the_weakest_axis() {
+    let weak = ZProfile { acceleration_mm_s2: 1e-3, ..ZProfile::simulated() };
+    for (z, stops) in [(None, true), (Some(ZProfile::simulated()), true), (Some(weak), false)] {
+        let work = work_on(&MachineProfile { z, ..MachineProfile::simulated() });
+        let mut supervisor = supervisor(&work, "Preparing", State::Preparing);
+        supervisor.abilities.on_cancel = OnCancel::MayStray;
+        supervisor.step(Event::Reply(Reply::Prepared(Limits::UNLIMITED)), NOW, &mut Vec::new());
+        supervisor.guard.locate(at(CLEAR).in_plane()).unwrap();
+        supervisor.guard.jog(at(CLEAR - Mm2::new(5.0, 0.0)).in_plane(), 600).unwrap();
+        let cancel = supervisor.guard.cancel();
+        assert_eq!(cancel.is_ok(), stops, "{cancel:?}");
+        assert!(stops || cancel == Err(Refusal::StoppingUnknown), "{cancel:?}");
     }
 }

@@ -78,6 +78,9 @@ impl SecondController {
             }
             StepState::Cancels if self.drive.strays => {
                 let all = deviations(STRAY, self.drive.climbs);
+                let both = [(1, 1), (1, -1), (-1, 1), (-1, -1)].map(|(x, y)| (x * STRAY, y * STRAY, 0));
+                // Only non-interpolated axes leave the path by so much each.
+                let all = all.chain(both.into_iter().filter(|_| self.drive.apart));
                 into.extend(all.map(|(dx, dy, dz)| SecondEvent::Stops(dx, dy, dz)));
             }
             StepState::Cancels | StepState::Brakes => into.push(SecondEvent::Stops(0, 0, 0)),

@@ -36,8 +36,8 @@ impl Inspector for GrblInspector {
         } else if let Some(modes) = inner("[GC:") {
             self.modes = Some(modes);
         } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
-            let value = value.split_whitespace().next().unwrap_or("").parse();
-            if let (Ok(name), Ok(value)) = (name.parse(), value) {
+            let value = value.split_whitespace().next().unwrap_or("").parse::<f64>();
+            if let (Ok(name), Some(value)) = (name.parse(), value.ok().filter(|value| value.is_finite())) {
                 self.settings.insert(name, value);
             }
         } else if let Some((_, place)) = line.split_once("MPos:") {
@@ -201,6 +201,10 @@ mod tests {
         };
         assert!(wrong("$13") && wrong("$22") && wrong("$101") && !wrong("$100") && !wrong("$10 "));
         assert!(found.findings.iter().any(|finding| finding.value == "3 decimals of a mm"));
+        // A value that is not a finite number counts as not reported.
+        let mut damaged = GrblInspector::default();
+        assert!(!["$13=nan", "$22=inf", "$100=-inf"].iter().any(|line| damaged.hear(line)));
+        assert!(damaged.settings.is_empty());
         let silent = GrblInspector::default().inspected(400.0, 0.0005);
         assert!(silent.findings.iter().any(|finding| matches!(finding.fit, Fit::Wrong(_))));
     }

@@ -149,14 +149,13 @@ impl Grbl {
             self.report(line).or(garbled)
         } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
             match (name.parse::<u16>(), value.split_whitespace().next().unwrap_or("").parse::<f64>()) {
-                (Ok(number), Ok(value)) => {
+                // grblHAL has settings that are not numbers.
+                (Ok(number), value) if value.is_ok() || matches!(self.stage, Stage::Reading(_)) => {
                     if let Stage::Reading(settings) = &mut self.stage {
-                        settings.take(number, value);
+                        settings.take(number, value.unwrap_or(f64::NAN));
                     }
                     None
                 }
-                // grblHAL has settings that are not numbers.
-                (Ok(_), Err(_)) if matches!(self.stage, Stage::Reading(_)) => None,
                 _ if name.starts_with('N') => {
                     if let Stage::ReadingBlocks(_, blocks) = &mut self.stage {
                         blocks.take(name, value);

@@ -155,7 +155,9 @@ pub(super) struct Settings {
 }
 
 impl Settings {
+    /// Takes the value of a setting. NaN stands for a value that is not a finite number.
     pub(super) fn take(&mut self, number: u16, value: f64) {
+        let value = if value.is_finite() { value } else { f64::NAN };
         match number {
             10 => self.report_mask = Some(value),
             12 => self.arc_tolerance_mm = Some(value),
@@ -172,24 +174,27 @@ impl Settings {
     /// Checks the settings for a plan with these steps per mm. `z` has those of a third axis.
     pub(super) fn check(&self, steps_per_mm: f64, z: Option<f64>) -> Result<(), Unfit> {
         let unfit = |name, value, needed| Unfit { name, value, needed };
-        if let Some(interval) = self.auto_report_ms.filter(|interval| *interval > 0.0) {
+        if let Some(interval) = self.auto_report_ms.filter(|interval| interval.is_nan() || *interval > 0.0) {
             let needed = "0: the dialect would take automatic reports for answers";
             return Err(unfit("$481", interval, needed));
         }
-        let missing = |name| unfit(name, f64::NAN, "reported by the controller");
-        let homing = self.homing.ok_or(missing("$22"))?;
+        let stated = |name, value: Option<f64>| {
+            let missing = unfit(name, f64::NAN, "reported by the controller");
+            value.filter(|value| !value.is_nan()).ok_or(missing)
+        };
+        let homing = stated("$22", self.homing)?;
         if homing < 1.0 {
             return Err(unfit("$22", homing, "1: without homing the position is unknown"));
         }
-        let inches = self.inches.ok_or(missing("$13"))?;
+        let inches = stated("$13", self.inches)?;
         if inches.abs() > 0.0 {
             return Err(unfit("$13", inches, "0: positions must be in mm"));
         }
         let plane = ["$100", "$101"].map(|name| (name, steps_per_mm));
         let planned = plane.into_iter().chain(z.map(|steps_per_mm| ("$102", steps_per_mm)));
         for ((name, steps_per_mm), value) in planned.zip(self.steps_per_mm) {
-            let value = value.ok_or(missing(name))?;
-            if value.is_nan() || value < steps_per_mm * 0.999 {
+            let value = stated(name, value)?;
+            if value < steps_per_mm * 0.999 {
                 let needed = "at least the steps_per_mm of the plan's machine profile";
                 return Err(unfit(name, value, needed));
             }

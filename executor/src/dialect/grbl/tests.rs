@@ -106,6 +106,23 @@ fn settings_are_read_checked_and_set() {
     assert!(matches!(hear(&mut unfit, b"ok\r\n").0[..], [Reply::Unfit(_)]));
 }
 
+// Evidence for SR-19.
+#[test]
+fn settings_that_are_not_finite_numbers_are_refused() {
+    for name in ["$13", "$22", "$100", "$101", "$481"] {
+        for value in ["nan", "-nan", "inf", "-inf", "1e999", "name", ""] {
+            let mut grbl = dialect();
+            grbl.stage = Stage::Reading(Settings::default());
+            let fit = b"$10=3\r\n$12=0.001\r\n$13=0\r\n$22=1\r\n$100=400\r\n$101=400\r\n$481=0\r\n";
+            hear(&mut grbl, fit);
+            assert_eq!(hear(&mut grbl, format!("{name}={value}\r\n").as_bytes()).0, []);
+            let (replies, _) = hear(&mut grbl, b"ok\r\n");
+            let refused = matches!(replies[..], [Reply::Unfit(unfit)] if unfit.name == name);
+            assert!(refused, "{name}={value}: {replies:?}");
+        }
+    }
+}
+
 #[test]
 fn decode_is_total() {
     let mut random = fastrand::Rng::with_seed(7);

@@ -29,7 +29,7 @@ use super::{Abilities, Command, Counts};
 pub struct Limits {
     /// Top speed along one axis, mm/s.
     pub speed_mm_s: f64,
-    /// Acceleration, mm/s².
+    /// Acceleration of x and y, mm/s²: that of the slower one.
     pub acceleration_mm_s2: f64,
     /// Acceleration of the quicker axis, mm/s². Not finite when it is unknown. The jog planner uses only the
     /// other acceleration.
