@@ -294,6 +294,7 @@ mod tests {
     }
 
     /// Found by the fuzzer: a profile with a step of a million kilometres was accepted.
+    // Evidence for SR-29.
     #[test]
     fn impossible_figures_are_refused() {
         let usual = MachineProfile::simulated().to_toml();

@@ -159,6 +159,7 @@ fn errors_reach_most_of_the_stated_uncertainty() {
     assert!(worst <= stated && worst > 0.6 * stated, "{worst} of {stated}");
 }
 
+// Evidence for SR-26.
 #[test]
 fn contradictory_or_too_few_probe_points_are_refused() {
     let (truth, part) = (Truth { degrees: -7.0, origin: Mm2::new(-200.0, -100.0) }, square());

@@ -196,6 +196,7 @@ fn pockets_of_a_part_around_them_have_their_volume() {
 }
 
 /// The plan after a round trip through its file.
+#[expect(clippy::unwrap_used, reason = "the test reads the file that it wrote")]
 fn from_file(plan: &Plan) -> Result<CertifiedPlan, PlanError> {
     plan_file::decode(&plan_file::encode(plan).unwrap()).unwrap().certify()
 }
@@ -205,7 +206,8 @@ fn from_file(plan: &Plan) -> Result<CertifiedPlan, PlanError> {
 fn changed_heights_of_a_plan_file_are_refused() {
     let good = planned(depths()).unwrap().plan;
     assert!(from_file(&good).is_ok());
-    let changes: [(&str, fn(&mut Relief)); 5] = [
+    type Change = (&'static str, fn(&mut Relief));
+    let changes: [Change; 5] = [
         ("a clamp ends below the top", |relief| relief.clamps = Height::ZERO.lowered(Length::whole_mm(1))),
         ("it crosses through the clamps", |relief| relief.safe = Height::ZERO),
         ("a contour has no top", |relief| relief.tops.truncate(1)),

@@ -23,10 +23,10 @@ const STATES: usize = 400_000;
 const MORE_STATES: usize = 60_000;
 
 /// A run over random cases.
-pub type Soak = fn(&mut Rng);
+pub type SoakRun = fn(&mut Rng);
 
 /// The soaks: name, and a short run.
-pub const SOAKS: [(&str, Soak); 3] = [
+pub const SOAKS: [(&str, SoakRun); 3] = [
     // Evidence for SR-01.
     ("soak: predicates", |random| soak::predicates(random, 200_000)),
     // Evidence for SR-02.
@@ -116,7 +116,7 @@ fn soaked(word: &str) -> Option<String> {
     if !word.is_empty() && !word.contains("index") {
         return None;
     }
-    let fails = |run: Soak| catch_unwind(|| run(&mut Rng::with_seed(11))).is_err();
+    let fails = |run: SoakRun| catch_unwind(|| run(&mut Rng::with_seed(11))).is_err();
     SOAKS.into_iter().find(|&(_, run)| fails(run)).map(|(name, _)| name.to_string())
 }
 

@@ -2,9 +2,9 @@
 #![cfg(all(feature = "guard", feature = "tools", feature = "solvers"))]
 
 use keepout_proofs::faults::workspace;
-use keepout_proofs::trace::{self, Evidence, EvidenceKind, Trace, TraceGap, page};
+use keepout_proofs::trace::{self, EvidenceKind, SafetyTrace, TraceGap, TracedEvidence, page};
 
-fn read() -> Trace {
+fn read() -> SafetyTrace {
     trace::read(&workspace()).expect("the pages and sources are here")
 }
 
@@ -27,12 +27,12 @@ fn pages_are_up_to_date() {
 #[test]
 fn seeded_defects_of_the_trace_are_noticed() {
     let sound = read();
-    let with = |change: &dyn Fn(&mut Trace)| {
+    let with = |change: &dyn Fn(&mut SafetyTrace)| {
         let mut changed = sound.clone();
         change(&mut changed);
         changed.gaps()
     };
-    let test = |name: &str, requirements: &[&str]| Evidence {
+    let test = |name: &str, requirements: &[&str]| TracedEvidence {
         kind: EvidenceKind::Test,
         name: name.into(),
         file: "kernel/src/lib.rs".into(),
@@ -40,7 +40,7 @@ fn seeded_defects_of_the_trace_are_noticed() {
         runs_code: true,
     };
 
-    let untested = |trace: &mut Trace| {
+    let untested = |trace: &mut SafetyTrace| {
         let mut requirement = trace.statements.requirements[0].clone();
         requirement.id = "SR-99".into();
         trace.statements.requirements.push(requirement);

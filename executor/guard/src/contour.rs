@@ -1,4 +1,4 @@
-//! TRUSTED. Contours: the guard certifies a contour whole, and hands out its motions one by one. Implements SR-09, SR-12, SR-13, SR-15.
+//! TRUSTED. Contours: certified whole, and handed out one by one. Implements SR-09, SR-12, SR-13, SR-15.
 
 use alloc::vec::Vec;
 

@@ -235,6 +235,7 @@ mod tests {
         gate
     }
 
+    // Evidence for SR-28.
     #[test]
     fn what_is_held_counts_only_after_it_was_let_go() {
         let mut gate = Gate::default();

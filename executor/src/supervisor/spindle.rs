@@ -137,6 +137,7 @@ mod tests {
         commands.iter().filter_map(switch).collect()
     }
 
+    // Evidence for SR-25.
     #[test]
     fn spindle_starts_at_the_second_command_and_stops_at_the_first() {
         let mut supervisor = steered();

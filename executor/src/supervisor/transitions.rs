@@ -184,6 +184,7 @@ fn transition_table_agrees_with_its_snapshot() {
     assert_eq!(table, known, "the table changed: KEEPOUT_WRITE_TRANSITIONS=1 writes it again");
 }
 
+// Evidence for SR-22.
 #[test]
 fn silence_is_a_fault_in_every_state_that_waits_for_the_controller() {
     let work = work();

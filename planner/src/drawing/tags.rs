@@ -321,6 +321,7 @@ mod tests {
         assert!(matches!(all(&cut), Err(Damage::EndsEarly { at: FilePlace::Byte(31), .. })));
     }
 
+    // Evidence for SR-27.
     #[test]
     fn text_that_is_not_a_finite_number_is_refused() {
         for text in ["nan", "inf", "1e999", "1,5", "", "0x10"] {

@@ -54,14 +54,6 @@ properties! {
         => "a report more than two resolutions above or below the heights of the set is refused, and a report \
             never lowers the lowest height";
         random 40_000;
-    contour_heights_off_the_motion_are_refused |d| {
-        // Above the table.
-        let heights = [d.int(-1000, HIGHEST), d.int(-1000, HIGHEST)];
-        contour_heights_off_the_motion_are_refused(heights, d.int(LOWEST - 50, HIGHEST + 50), d.coin())
-    }
-        => "in a contour, a report above or below the heights of the motion under way is refused, and one between \
-            them is not";
-        random 20_000;
     // Evidence for SR-12, SR-13.
     contours_are_certified_at_their_lowest_heights |d| {
         let path: Vec<Xyz> = (0..4).map(|_| space(d)).collect();
@@ -103,9 +95,9 @@ const CLEARANCE: i64 = 300;
 const FINISHING: i64 = 270;
 const RESOLUTION: i64 = 5;
 const MARGIN: i64 = 9;
-const HEIGHT_RESOLUTION: i64 = 4;
-const LOWEST: i64 = -1500;
-const HIGHEST: i64 = 900;
+pub(super) const HEIGHT_RESOLUTION: i64 = 4;
+pub(super) const LOWEST: i64 = -1500;
+pub(super) const HIGHEST: i64 = 900;
 const TABLE: i64 = -1200;
 const CLAMP: i64 = 400;
 const POCKET: i64 = -300;
@@ -150,7 +142,7 @@ fn space<D: Draw>(d: &mut D) -> Xyz {
     (x, y, z)
 }
 
-fn guard(interpolation: Interpolation, checked: bool) -> Guard {
+pub(super) fn guard(interpolation: Interpolation, checked: bool) -> Guard {
     let rules = Rules {
         travel: Window::of(at((-20_000, -20_000))).including(at((20_000, 20_000))),
         jogging_clearance: length(CLEARANCE),
@@ -369,34 +361,5 @@ fn cancels_may_sink([from, to]: [Xyz; 2], speed: i64) {
     assert!(clear_above(&set, lowest, CLEARANCE + stray - 1, false), "{from:?} {to:?} {speed}");
     if speed > 0 {
         assert_eq!(guard.jog(place(from), feed).err(), Some(Refusal::InMotion));
-    }
-}
-
-/// A contour of two motions far from the plate. The report is in the middle of the first or the second one.
-fn contour_heights_off_the_motion_are_refused([from, to]: [i64; 2], reported: i64, second: bool) {
-    let mut guard = guard(Interpolation::Linear, true);
-    let corners = [(-9000, -9000, from), (-9000, 9000, to), (-9000, 12_000, to)];
-    guard.locate(place(corners[0])).expect("it is clear");
-    let motion = |pair: &[Xyz]| {
-        let [from, to] = [place(pair[0]), place(pair[1])];
-        let curve = Curve::Line(Segment { from: from.point, to: to.point });
-        ContourMotion { curve, heights: [from.height, to.height], feed_mm_min: 300 }
-    };
-    guard.begin_contour(corners.windows(2).map(motion).collect()).expect("it begins at the tool");
-    assert_eq!(guard.certify_contour(usize::MAX), Ok(Certification::Done), "{from} {to}");
-    for _ in 0..=usize::from(second) {
-        assert!(guard.next_of_contour().is_some());
-        guard.acknowledged().expect("one line");
-    }
-    let (y, range) = if second { (11_000, to..=to) } else { (0, from.min(to)..=from.max(to)) };
-    let position = place((-9000, y, reported));
-    let feedback = PositionFeedback { position, in_position: false, queued: Some(1), waiting: false };
-    let stamp = guard.stamp(Time::ZERO);
-    let outcome = guard.reported(&feedback, stamp, Time::ZERO);
-    let off = (range.start() - reported).max(reported - range.end());
-    if off > 2 * HEIGHT_RESOLUTION {
-        assert_eq!(outcome, Err(Refusal::OffCertified(position.point)), "{from} {to} {reported} {second}");
-    } else if off <= 0 {
-        assert!(outcome.is_ok(), "{from} {to} {reported} {second}");
     }
 }

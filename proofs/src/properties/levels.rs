@@ -1,8 +1,8 @@
 //! Levels: what stands above the tip, and that a certificate holds at its height and above.
 
 use keepout_kernel::{
-    Arc, Blocked, Convex, FreePoint, Height, HeightField, Levels, LevelsError, Point, ProhibitedRegion,
-    Region, Ring, Turn,
+    Arc, Blocked, Convex, FreePoint, Height, HeightField, Length, Levels, LevelsError, Point,
+    ProhibitedRegion, Region, Ring, Turn,
 };
 
 use super::Xy;
@@ -175,7 +175,20 @@ fn levels_are_monotone(field: &HeightField, [one, other]: [Height; 2], [a, b, c]
 }
 
 fn certificates_do_not_hold_below_their_level(field: &HeightField, heights: [Height; 2], a: Xy, r: i64) {
-    let levels = levels(field);
+    let exact = levels(field);
+    let Ok(simplified) = exact.simplified(Length::ZERO) else { return passed_over() };
+    for levels in [&exact, &simplified] {
+        certificates_do_not_hold_in(levels, (field, heights), a, r);
+    }
+}
+
+/// The same for the outlines as they are, or for simplified ones.
+fn certificates_do_not_hold_in(
+    levels: &Levels,
+    (field, heights): (&HeightField, [Height; 2]),
+    a: Xy,
+    r: i64,
+) {
     let [one, other] = heights.map(|tip| levels.at(tip));
     let (high, low) = if one.level() < other.level() { (one, other) } else { (other, one) };
     let Ok(from) = high.free_point(at(a), length(r)) else { return passed_over() };

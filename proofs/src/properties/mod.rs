@@ -12,6 +12,7 @@ pub mod index;
 pub mod lattice;
 pub mod levels;
 pub mod parts;
+pub mod polygons;
 pub mod predicates;
 #[cfg(feature = "guard")]
 pub mod reports;
@@ -29,6 +30,7 @@ use crate::property::Property;
 pub fn all() -> Vec<&'static Property> {
     let groups: &[&[Property]] = &[
         predicates::ALL,
+        polygons::ALL,
         lattice::ALL,
         rings::ALL,
         arcs::ALL,

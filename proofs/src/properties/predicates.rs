@@ -6,10 +6,8 @@ use keepout_kernel::exact::predicate::{
 };
 
 use super::{FromPlain, Xy, exact};
-use crate::draw::Draw;
 use crate::oracle::{self, Wide};
 use crate::property::{passed_over, properties};
-use keepout_kernel::exact::width::Product;
 
 properties! {
     "predicates", "kernel/src/exact/predicate.rs";
@@ -56,12 +54,6 @@ properties! {
         => "polygon–segment: near exactly when some triangle of its corners is; the polygon holds a point \
             exactly when some triangle does";
         every 1 random 200_000;
-    polygons_of_many_corners_are_exact |d| {
-        let points: Vec<Xy> = (0..14).map(|_| on_a_circle(d)).collect();
-        polygons_of_many_corners_are_exact(points, (d.int(-90, 90), d.int(-90, 90)), d.int(-30, 30), d.int(0, 30))
-    }
-        => "the same for polygons of up to fourteen corners, as many as the guard keeps";
-        random 20_000;
     beyond_is_exact |d| {
         let (a, p) = (d.point(), d.point());
         beyond_is_exact::<D::Width>([a, d.point()], [p, d.point()], d.threshold(a, p))
@@ -204,7 +196,7 @@ pub fn convex_segment_is_exact<L: FromPlain>(points: [Xy; 4], d: Xy, e: Xy, r: i
 }
 
 /// The corners of the hull, counter-clockwise, without those on straight sides.
-fn hull(mut points: Vec<Xy>) -> Vec<Xy> {
+pub(super) fn hull(mut points: Vec<Xy>) -> Vec<Xy> {
     points.sort_unstable();
     points.dedup();
     let left = |(ax, ay): Xy, (bx, by): Xy, (cx, cy): Xy| {
@@ -401,29 +393,4 @@ pub fn a_unit_more_covers_rounding_by_a_unit<L: FromPlain>(
         let swept = triangle_segment::<L>([a2, b2, c2].map(site), [d, e], less);
         assert!(swept.is_clear(), "{corners:?} {steps} {edge:?} {r}");
     }
-}
-
-/// A point on a circle of radius 50, to a unit.
-fn on_a_circle<D: Draw>(d: &mut D) -> Xy {
-    let x = d.int(-50, 50);
-    let y = (50 * 50 - x * x).isqrt();
-    (x, if d.coin() { y } else { -y })
-}
-
-/// At the width that ships. The truth is the fan of triangles from the first corner.
-fn polygons_of_many_corners_are_exact(points: Vec<Xy>, d: Xy, along: i64, r: i64) {
-    let corners = hull(points);
-    let Some((&first, rest)) = corners.split_first() else { return passed_over() };
-    let e = (d.0 + along, d.1 - along / 2);
-    let of = exact::<Product>;
-    let [big_d, big_e] = [of(d), of(e)];
-    let fan = || rest.windows(2).map(|pair| [of(first), of(pair[0]), of(pair[1])]);
-    let within = |corners: [_; 3], far: &_, r: i64| {
-        oracle::triangle_segment_within(corners.each_ref(), &big_d, far, r)
-    };
-    let sites = || corners.iter().map(|&corner| Product::site(corner)).collect::<Vec<_>>().into_iter();
-    let near = !convex_segment::<Product>(sites(), [d, e].map(Product::site), Product::linear(r)).is_clear();
-    assert_eq!(near, fan().any(|triangle| within(triangle, &big_e, r)), "{corners:?} {d:?} {e:?} {r}");
-    let holds = convex_holds::<Product>(sites(), Product::site(d));
-    assert_eq!(holds, fan().any(|triangle| within(triangle, &big_d, 0)), "{corners:?} {d:?}");
 }

@@ -2,16 +2,20 @@
 
 use std::time::Duration;
 
-use keepout_guard::{DRAIN, Guard, Interpolation, Time};
-use keepout_kernel::Point;
+use keepout_guard::{
+    Certification, ContourMotion, DRAIN, Guard, Interpolation, PositionFeedback, Refusal, Time,
+};
+use keepout_kernel::{Curve, Point, Segment};
 
-use super::Xy;
 use super::guard::{feedback, guard};
+use super::heights::{self, HEIGHT_RESOLUTION, HIGHEST, LOWEST};
+use super::{Xy, Xyz};
 use crate::families::at;
 use crate::property::properties;
+use crate::square::place;
 
 properties! {
-    "guard: reports", "executor/guard/src/in_flight.rs, evidence.rs";
+    "guard: reports", "executor/guard/src/in_flight.rs, evidence.rs, contour.rs";
     // Evidence for SR-08.
     one_queue_length_is_no_evidence |d| {
         let lie = d.one_of(6);
@@ -25,6 +29,15 @@ properties! {
     }
         => "a line whose block left the queue completes only by a report whose query left at least the drain time \
             after that was known, however late the report arrives; then it does complete";
+        random 20_000;
+    // Evidence for SR-09.
+    contour_heights_off_the_motion_are_refused |d| {
+        // Above the table.
+        let heights = [d.int(-1000, HIGHEST), d.int(-1000, HIGHEST)];
+        contour_heights_off_the_motion_are_refused(heights, d.int(LOWEST - 50, HIGHEST + 50), d.coin())
+    }
+        => "in a contour, a report above or below the heights of the motion under way is refused, and one between \
+            them is not";
         random 20_000;
 }
 
@@ -84,4 +97,33 @@ fn lines_complete_only_when_the_query_left_late_enough(aside: i64, early_us: u64
         guard.reported(&feedback(on_the_second(k), false, 1), stamp, now).expect("it is in the hull");
     }
     assert!(!kept(&guard), "{aside} {early_us} {checked}: evidence completes the line");
+}
+
+/// A contour of two motions far from the plate. The report is in the middle of the first or the second one.
+fn contour_heights_off_the_motion_are_refused([from, to]: [i64; 2], reported: i64, second: bool) {
+    let mut guard = heights::guard(Interpolation::Linear, true);
+    let corners = [(-9000, -9000, from), (-9000, 9000, to), (-9000, 12_000, to)];
+    guard.locate(place(corners[0])).expect("it is clear");
+    let motion = |pair: &[Xyz]| {
+        let [from, to] = [place(pair[0]), place(pair[1])];
+        let curve = Curve::Line(Segment { from: from.point, to: to.point });
+        ContourMotion { curve, heights: [from.height, to.height], feed_mm_min: 300 }
+    };
+    guard.begin_contour(corners.windows(2).map(motion).collect()).expect("it begins at the tool");
+    assert_eq!(guard.certify_contour(usize::MAX), Ok(Certification::Done), "{from} {to}");
+    for _ in 0..=usize::from(second) {
+        assert!(guard.next_of_contour().is_some());
+        guard.acknowledged().expect("one line");
+    }
+    let (y, range) = if second { (11_000, to..=to) } else { (0, from.min(to)..=from.max(to)) };
+    let position = place((-9000, y, reported));
+    let feedback = PositionFeedback { position, in_position: false, queued: Some(1), waiting: false };
+    let stamp = guard.stamp(Time::ZERO);
+    let outcome = guard.reported(&feedback, stamp, Time::ZERO);
+    let off = (range.start() - reported).max(reported - range.end());
+    if off > 2 * HEIGHT_RESOLUTION {
+        assert_eq!(outcome, Err(Refusal::OffCertified(position.point)), "{from} {to} {reported} {second}");
+    } else if off <= 0 {
+        assert!(outcome.is_ok(), "{from} {to} {reported} {second}");
+    }
 }

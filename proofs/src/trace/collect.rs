@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::source::{self, EVIDENCE, IMPLEMENTS, SourceFile};
-use super::{Evidence, EvidenceKind, Mechanism, Trace, TracedFault, statements};
+use super::{EvidenceKind, Mechanism, SafetyTrace, TracedEvidence, TracedFault, statements};
 use crate::faults::results::{self, FaultFate, FaultRow};
 use crate::faults::{self, FaultEngine, SeededFault};
 use crate::theorems::THEOREMS;
@@ -23,14 +23,14 @@ const HOSTILE: &str = "tests/src/bin/hostile/main.rs";
 ///
 /// # Errors
 /// When a page, a source or the results cannot be read.
-pub fn read(root: &Path) -> io::Result<Trace> {
+pub fn read(root: &Path) -> io::Result<SafetyTrace> {
     let mut product = Vec::new();
     for folder in PRODUCT {
         product.extend(source::files(root, folder)?);
     }
     let evidence = evidence(root, &product)?;
     let rows = results::read();
-    Ok(Trace {
+    Ok(SafetyTrace {
         statements: statements::read(root)?,
         mechanisms: product.iter().flat_map(mechanisms).collect(),
         faults: faults::catalogue()?.iter().map(|fault| traced(fault, &rows, &evidence)).collect(),
@@ -94,7 +94,7 @@ fn lists() -> io::Result<[Listed; 5]> {
     ])
 }
 
-fn evidence(root: &Path, product: &[SourceFile]) -> io::Result<Vec<Evidence>> {
+fn evidence(root: &Path, product: &[SourceFile]) -> io::Result<Vec<TracedEvidence>> {
     let mut found = Vec::new();
     for list in lists()? {
         let files = source::files(root, list.folder)?;
@@ -106,7 +106,7 @@ fn evidence(root: &Path, product: &[SourceFile]) -> io::Result<Vec<Evidence>> {
                 None => (PathBuf::from(list.folder), Vec::new()),
             };
             let name = (*name).into();
-            found.push(Evidence { kind: list.kind, name, file, requirements, runs_code: *runs_code });
+            found.push(TracedEvidence { kind: list.kind, name, file, requirements, runs_code: *runs_code });
         }
     }
     let mut others = Vec::new();
@@ -114,7 +114,7 @@ fn evidence(root: &Path, product: &[SourceFile]) -> io::Result<Vec<Evidence>> {
         others.extend(source::files(root, folder)?);
     }
     for file in product.iter().chain(&others) {
-        found.extend(source::tests(file).into_iter().map(|(name, requirements)| Evidence {
+        found.extend(source::tests(file).into_iter().map(|(name, requirements)| TracedEvidence {
             kind: EvidenceKind::Test,
             name,
             file: file.path.clone(),
@@ -124,7 +124,7 @@ fn evidence(root: &Path, product: &[SourceFile]) -> io::Result<Vec<Evidence>> {
     }
     found.extend(targets(root)?);
     let text = std::fs::read_to_string(root.join(HOSTILE))?;
-    found.push(Evidence {
+    found.push(TracedEvidence {
         kind: EvidenceKind::Hostile,
         name: "hostile".into(),
         file: HOSTILE.into(),
@@ -135,13 +135,13 @@ fn evidence(root: &Path, product: &[SourceFile]) -> io::Result<Vec<Evidence>> {
 }
 
 /// The fuzz targets: the names of a list, one in a line.
-fn targets(root: &Path) -> io::Result<Vec<Evidence>> {
+fn targets(root: &Path) -> io::Result<Vec<TracedEvidence>> {
     let text = std::fs::read_to_string(root.join(FUZZ))?;
     let lines: Vec<&str> = text.lines().collect();
     let begin = lines.iter().position(|line| line.contains("TARGETS: &[Target] = ")).unwrap_or(lines.len());
     let listed = lines.iter().enumerate().skip(begin + 1).take_while(|(_, line)| !line.starts_with(']'));
     let named = listed.filter(|(_, line)| !line.trim_start().starts_with("//"));
-    let evidence = named.map(|(line, text_of)| Evidence {
+    let evidence = named.map(|(line, text_of)| TracedEvidence {
         kind: EvidenceKind::Fuzz,
         name: text_of.trim().trim_end_matches(',').into(),
         file: FUZZ.into(),
@@ -151,7 +151,7 @@ fn targets(root: &Path) -> io::Result<Vec<Evidence>> {
     Ok(evidence.collect())
 }
 
-fn traced(fault: &SeededFault, rows: &[FaultRow], evidence: &[Evidence]) -> TracedFault {
+fn traced(fault: &SeededFault, rows: &[FaultRow], evidence: &[TracedEvidence]) -> TracedFault {
     let of = |engine: FaultEngine| results::row(rows, fault, engine);
     let mut noticed: Vec<(EvidenceKind, String)> = Vec::new();
     let mut seconds = None;
@@ -179,7 +179,7 @@ fn identified(
     engine: FaultEngine,
     name: &str,
     fault: &SeededFault,
-    evidence: &[Evidence],
+    evidence: &[TracedEvidence],
 ) -> Option<(EvidenceKind, String)> {
     let known = |kind: EvidenceKind, name: &str| {
         evidence.iter().any(|each| each.kind == kind && each.name == name).then(|| (kind, name.to_string()))

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::{EvidenceKind, Trace};
+use super::{EvidenceKind, SafetyTrace};
 
 /// A gap of the trace.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -78,7 +78,7 @@ pub enum TraceGap {
 }
 
 /// All gaps, in the order of the pages.
-pub fn all(trace: &Trace) -> Vec<TraceGap> {
+pub fn all(trace: &SafetyTrace) -> Vec<TraceGap> {
     let mut gaps = of_statements(trace);
     for requirement in &trace.statements.requirements {
         of_requirement(trace, &requirement.id, &mut gaps);
@@ -105,7 +105,7 @@ pub fn all(trace: &Trace) -> Vec<TraceGap> {
     gaps
 }
 
-fn of_requirement(trace: &Trace, id: &str, gaps: &mut Vec<TraceGap>) {
+fn of_requirement(trace: &SafetyTrace, id: &str, gaps: &mut Vec<TraceGap>) {
     if trace.mechanisms_of(id).next().is_none() {
         gaps.push(TraceGap::NoMechanism(id.into()));
     }
@@ -126,7 +126,7 @@ fn of_requirement(trace: &Trace, id: &str, gaps: &mut Vec<TraceGap>) {
     }
 }
 
-fn of_statements(trace: &Trace) -> Vec<TraceGap> {
+fn of_statements(trace: &SafetyTrace) -> Vec<TraceGap> {
     let statements = &trace.statements;
     let mut gaps = Vec::new();
     let hazards: Vec<&str> = statements.hazards.iter().map(|each| each.id.as_str()).collect();

@@ -3,7 +3,7 @@
 //!
 //! The pages of `docs/safety/` state hazards, requirements and assumptions. Comments of the source say which code
 //! *implements* a requirement, and which proof or test is *evidence for* one. The fault catalogue names the requirement
-//! that each fault breaks. [`Trace::gaps`] lists what is missing, and [`page`] writes the pages.
+//! that each fault breaks. [`SafetyTrace::gaps`] lists what is missing, and [`page`] writes the pages.
 
 mod collect;
 mod gap;
@@ -57,7 +57,7 @@ impl EvidenceKind {
 
 /// Something that runs and can fail.
 #[derive(Clone, Debug)]
-pub struct Evidence {
+pub struct TracedEvidence {
     /// What it is.
     pub kind: EvidenceKind,
     /// Its name.
@@ -100,26 +100,26 @@ pub struct TracedFault {
 
 /// Everything that the trace joins.
 #[derive(Clone, Debug)]
-pub struct Trace {
+pub struct SafetyTrace {
     /// Hazards, requirements and assumptions.
     pub statements: Statements,
     /// The code.
     pub mechanisms: Vec<Mechanism>,
     /// The evidence.
-    pub evidence: Vec<Evidence>,
+    pub evidence: Vec<TracedEvidence>,
     /// The faults.
     pub faults: Vec<TracedFault>,
 }
 
-impl Trace {
+impl SafetyTrace {
     /// The faults that this evidence noticed.
-    pub fn noticed_by<'a>(&'a self, evidence: &'a Evidence) -> impl Iterator<Item = &'a TracedFault> {
+    pub fn noticed_by<'a>(&'a self, evidence: &'a TracedEvidence) -> impl Iterator<Item = &'a TracedFault> {
         let is_it = |(kind, name): &(EvidenceKind, String)| *kind == evidence.kind && *name == evidence.name;
         self.faults.iter().filter(move |fault| fault.noticed.iter().any(is_it))
     }
 
     /// The evidence for a requirement.
-    pub fn evidence_for<'a>(&'a self, requirement: &'a str) -> impl Iterator<Item = &'a Evidence> {
+    pub fn evidence_for<'a>(&'a self, requirement: &'a str) -> impl Iterator<Item = &'a TracedEvidence> {
         self.evidence.iter().filter(move |each| each.requirements.iter().any(|id| id == requirement))
     }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{Result, Write as _};
 use std::path::PathBuf;
 
-use super::{Evidence, EvidenceKind, Mechanism, Trace, TracedFault};
+use super::{EvidenceKind, Mechanism, SafetyTrace, TracedEvidence, TracedFault};
 
 const KINDS: [EvidenceKind; 8] = [
     EvidenceKind::Theorem,
@@ -21,7 +21,7 @@ const KINDS: [EvidenceKind; 8] = [
 ///
 /// # Errors
 /// When a text cannot be formatted.
-pub fn pages(trace: &Trace) -> std::result::Result<[(&'static str, String); 2], std::fmt::Error> {
+pub fn pages(trace: &SafetyTrace) -> std::result::Result<[(&'static str, String); 2], std::fmt::Error> {
     let (mut of_trace, mut of_impact) = (String::new(), String::new());
     write_trace(&mut of_trace, trace)?;
     write_impact(&mut of_impact, trace)?;
@@ -35,7 +35,7 @@ fn some<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String {
     if names.len() > most { format!("{shown} and {} more", names.len() - most) } else { shown }
 }
 
-fn write_trace(text: &mut String, trace: &Trace) -> Result {
+fn write_trace(text: &mut String, trace: &SafetyTrace) -> Result {
     let running = trace.evidence.iter().filter(|each| each.runs_code).count();
     writeln!(
         text,
@@ -96,7 +96,7 @@ fn anchor(id: &str, title: &str) -> String {
 }
 
 /// How many pieces of each kind there are.
-fn counted<'a>(evidence: impl Iterator<Item = &'a Evidence>) -> String {
+fn counted<'a>(evidence: impl Iterator<Item = &'a TracedEvidence>) -> String {
     let mut counts: BTreeMap<EvidenceKind, usize> = BTreeMap::new();
     evidence.for_each(|each| *counts.entry(each.kind).or_default() += 1);
     let words = counts.iter().map(|(kind, count)| match kind {
@@ -119,7 +119,7 @@ fn write_code<'a>(text: &mut String, mechanisms: impl Iterator<Item = &'a Mechan
     Ok(())
 }
 
-fn write_evidence(text: &mut String, trace: &Trace, evidence: &Evidence) -> Result {
+fn write_evidence(text: &mut String, trace: &SafetyTrace, evidence: &TracedEvidence) -> Result {
     let noticed = if evidence.runs_code {
         some(trace.noticed_by(evidence).map(|fault| fault.name.as_str()), 2)
     } else {
@@ -148,7 +148,7 @@ fn write_fault(text: &mut String, fault: &TracedFault) -> Result {
     writeln!(text, "| {} | `{}` | {by} | {seconds} |", fault.name.replace('|', "\\|"), file.display())
 }
 
-fn write_impact(text: &mut String, trace: &Trace) -> Result {
+fn write_impact(text: &mut String, trace: &SafetyTrace) -> Result {
     writeln!(
         text,
         "# Change impact\n\n`cargo run --release -p keepout-proofs -- trace` writes this page. A row names a file that \

@@ -1,4 +1,4 @@
-//! GRBL 1.1 and grblHAL: jogs with absolute machine targets, contours in G1/G2/G3, realtime status. Implements SR-17, SR-18, SR-19.
+//! GRBL 1.1 and grblHAL: absolute jogs, contours in G1/G2/G3, realtime status. Implements SR-17, SR-18, SR-19.
 //!
 //! An offset turns drawing coordinates into machine coordinates. The dialect writes targets from integers,
 //! digit by digit, without rounding. GRBL itself holds them in 32-bit floats (error below 0.03 µm on a 400 mm

@@ -85,6 +85,7 @@ mod tests {
         share: f64,
     }
 
+    // Evidence for SR-23.
     #[test]
     fn changed_line_fails_its_checksum() {
         let mut line = Vec::new();

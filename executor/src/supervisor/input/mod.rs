@@ -180,6 +180,7 @@ mod tests {
         }
     }
 
+    // Evidence for SR-21.
     #[test]
     fn old_input_does_not_jog() {
         let mut last = Aged::default();

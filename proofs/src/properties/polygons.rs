@@ -1,0 +1,47 @@
+//! Polygons with as many corners as the guard keeps.
+
+use keepout_kernel::exact::predicate::{convex_holds, convex_segment};
+use keepout_kernel::exact::width::Product;
+
+use super::predicates::hull;
+use super::{FromPlain, Xy, exact};
+use crate::draw::Draw;
+use crate::oracle;
+use crate::property::{passed_over, properties};
+
+properties! {
+    "predicates: polygons", "kernel/src/exact/predicate.rs, convex.rs";
+    // Evidence for SR-01.
+    polygons_of_many_corners_are_exact |d| {
+        let points: Vec<Xy> = (0..14).map(|_| on_a_circle(d)).collect();
+        polygons_of_many_corners_are_exact(points, (d.int(-90, 90), d.int(-90, 90)), d.int(-30, 30), d.int(0, 30))
+    }
+        => "polygon–segment and point in polygon, for up to fourteen corners: near exactly when some triangle of a fan \\
+            of its corners is";
+        random 20_000;
+}
+
+/// A point on a circle of radius 50, to a unit.
+fn on_a_circle<D: Draw>(d: &mut D) -> Xy {
+    let x = d.int(-50, 50);
+    let y = (50 * 50 - x * x).isqrt();
+    (x, if d.coin() { y } else { -y })
+}
+
+/// At the width that ships. The truth is the fan of triangles from the first corner.
+fn polygons_of_many_corners_are_exact(points: Vec<Xy>, d: Xy, along: i64, r: i64) {
+    let corners = hull(points);
+    let Some((&first, rest)) = corners.split_first() else { return passed_over() };
+    let e = (d.0 + along, d.1 - along / 2);
+    let of = exact::<Product>;
+    let [big_d, big_e] = [of(d), of(e)];
+    let fan = || rest.windows(2).map(|pair| [of(first), of(pair[0]), of(pair[1])]);
+    let within = |corners: [_; 3], far: &_, r: i64| {
+        oracle::triangle_segment_within(corners.each_ref(), &big_d, far, r)
+    };
+    let sites = || corners.iter().map(|&corner| Product::site(corner)).collect::<Vec<_>>().into_iter();
+    let near = !convex_segment::<Product>(sites(), [d, e].map(Product::site), Product::linear(r)).is_clear();
+    assert_eq!(near, fan().any(|triangle| within(triangle, &big_e, r)), "{corners:?} {d:?} {e:?} {r}");
+    let holds = convex_holds::<Product>(sites(), Product::site(d));
+    assert_eq!(holds, fan().any(|triangle| within(triangle, &big_d, 0)), "{corners:?} {d:?}");
+}
