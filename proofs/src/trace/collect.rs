@@ -170,6 +170,7 @@ fn traced(fault: &SeededFault, rows: &[FaultRow], evidence: &[TracedEvidence]) -
         files: fault.edits().map(|edit| edit.file).collect(),
         settled: results::is_settled(rows, fault),
         noticed,
+        equivalent: fault.equivalent.clone(),
         seconds,
     }
 }

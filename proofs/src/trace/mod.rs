@@ -94,6 +94,8 @@ pub struct TracedFault {
     pub settled: bool,
     /// The kinds and names of those that noticed it. Of fuzz targets and the hostile simulation the name is theirs.
     pub noticed: Vec<(EvidenceKind, String)>,
+    /// Why nobody can notice it.
+    pub equivalent: Option<String>,
     /// Seconds until the first engine noticed it, with the build of the copy.
     pub seconds: Option<u64>,
 }

@@ -43,8 +43,9 @@ fn write_trace(text: &mut String, trace: &SafetyTrace) -> Result {
          code, from\n[hazards](hazards.md), [requirements](requirements.md) and [assumptions](assumptions.md), and from \
          the results of the\nseeded faults. CI fails when a requirement has no running evidence, when evidence belongs \
          to no requirement, when a\nfault is noticed by nobody, or when no fault can make a test fail.\n\n\
-         {} requirements, {} pieces of evidence ({running} of them run code of the product), {} seeded faults. Each \
-         piece of\nevidence noticed at least one fault in a copy of the code.\n\n\
+         {} requirements, {} pieces of evidence ({running} of them run code of the product), {} seeded faults. The \
+         last column\nof the second table in each section names the faults that a piece of evidence noticed, in a copy \
+         of the code.\n\n\
          | requirement | hazards | code | evidence | seeded faults |\n|---|---|---|---|---|",
         trace.statements.requirements.len(),
         trace.evidence.len(),
@@ -139,7 +140,7 @@ fn write_evidence(text: &mut String, trace: &SafetyTrace, evidence: &TracedEvide
 
 fn write_fault(text: &mut String, fault: &TracedFault) -> Result {
     let by = if fault.noticed.is_empty() {
-        "nobody can: it changes nothing".into()
+        fault.equivalent.as_ref().map_or("**nobody**".into(), |why| format!("nobody can: {why}"))
     } else {
         some(fault.noticed.iter().map(|(_, name)| name.as_str()), 2)
     };
