@@ -1,7 +1,7 @@
 //! Joins pages, comments, lists of evidence and the results of the seeded faults.
 
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use super::source::{self, EVIDENCE, IMPLEMENTS, SourceFile};
 use super::{EvidenceKind, Mechanism, SafetyTrace, TracedEvidence, TracedFault, statements};
@@ -16,6 +16,8 @@ const PRODUCT: [&str; 3] = ["kernel/src", "planner", "executor"];
 const TESTS: [&str; 5] = ["kernel/tests", "tests/src", "tests/tests", "proofs/tests", "fuzz/tests"];
 /// The list of fuzz targets.
 const FUZZ: &str = "fuzz/src/lib.rs";
+/// The evidence that no fault made fail yet.
+const NOT_SHOWN: &str = "proofs/not-shown-to-fail.txt";
 /// The program of the hostile simulation.
 const HOSTILE: &str = "tests/src/bin/hostile/main.rs";
 
@@ -35,6 +37,7 @@ pub fn read(root: &Path) -> io::Result<SafetyTrace> {
         mechanisms: product.iter().flat_map(mechanisms).collect(),
         faults: faults::catalogue()?.iter().map(|fault| traced(fault, &rows, &evidence)).collect(),
         evidence,
+        not_shown: fs::read_to_string(root.join(NOT_SHOWN))?.lines().map(String::from).collect(),
     })
 }
 
@@ -123,7 +126,7 @@ fn evidence(root: &Path, product: &[SourceFile]) -> io::Result<Vec<TracedEvidenc
         }));
     }
     found.extend(targets(root)?);
-    let text = std::fs::read_to_string(root.join(HOSTILE))?;
+    let text = fs::read_to_string(root.join(HOSTILE))?;
     found.push(TracedEvidence {
         kind: EvidenceKind::Hostile,
         name: "hostile".into(),
@@ -136,7 +139,7 @@ fn evidence(root: &Path, product: &[SourceFile]) -> io::Result<Vec<TracedEvidenc
 
 /// The fuzz targets: the names of a list, one in a line.
 fn targets(root: &Path) -> io::Result<Vec<TracedEvidence>> {
-    let text = std::fs::read_to_string(root.join(FUZZ))?;
+    let text = fs::read_to_string(root.join(FUZZ))?;
     let lines: Vec<&str> = text.lines().collect();
     let begin = lines.iter().position(|line| line.contains("TARGETS: &[Target] = ")).unwrap_or(lines.len());
     let listed = lines.iter().enumerate().skip(begin + 1).take_while(|(_, line)| !line.starts_with(']'));

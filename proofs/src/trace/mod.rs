@@ -70,6 +70,14 @@ pub struct TracedEvidence {
     pub runs_code: bool,
 }
 
+impl TracedEvidence {
+    /// Its kind and name, as the list of evidence that was not shown to fail has them.
+    #[must_use]
+    pub fn key(&self) -> String {
+        format!("{}: {}", self.kind.words()[0], self.name)
+    }
+}
+
 /// Code that implements requirements.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Mechanism {
@@ -111,6 +119,8 @@ pub struct SafetyTrace {
     pub evidence: Vec<TracedEvidence>,
     /// The faults.
     pub faults: Vec<TracedFault>,
+    /// The [keys](TracedEvidence::key) of evidence that no fault made fail yet: a list that only shrinks.
+    pub not_shown: Vec<String>,
 }
 
 impl SafetyTrace {
