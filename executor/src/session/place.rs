@@ -1,6 +1,6 @@
 //! The place of the drawing on the machine, and the start place of the tool.
 //!
-//! Implements SR-15, SR-26.
+//! Implements SR-15, SR-16, SR-26.
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Height, Length, Point, Vector};
@@ -336,5 +336,17 @@ mod tests {
         for beyond in [highest + 0.000_1, f64::NAN, f64::INFINITY] {
             assert!(matches!(placed(beyond), Err(PlaceError::TopBeyond { .. })), "{beyond}");
         }
+    }
+    // Evidence for SR-15.
+    #[test]
+    fn a_drawn_travel_never_exceeds_that_of_the_machine() {
+        let (bytes, machine) =
+            (include_bytes!("../../cli/drawings/bracket.dxf"), MachineProfile::simulated());
+        let mut plan = PlanRequest::default().plan("bracket", bytes, &machine, &mut |_| {}).unwrap();
+        let corner = |mm: f64| point_from_mm(Mm2::new(mm, mm)).unwrap();
+        plan.plan.travel = Some(Window::of(corner(-900.0)).including(corner(900.0)));
+        let (x0, y0, x1, y1) = place_on_table(&plan, &machine, None).unwrap().travel.corners();
+        let [width, height] = machine.travel_mm;
+        assert!(mm(x1 - x0) <= width && mm(y1 - y0) <= height, "{} × {} mm", mm(x1 - x0), mm(y1 - y0));
     }
 }

@@ -1,4 +1,6 @@
 //! Arcs: rings, the chord-error bound of chords, and the rules by which a swept arc is clear of a chord.
+//!
+//! Evidence for SR-02.
 
 use keepout_kernel::exact::predicate::{ahead, on_ring, sagitta};
 
@@ -30,7 +32,6 @@ fn in_ring(square_of: Term, rho: Term, (inward, outward): (i8, i8)) -> Fact {
 
 /// The theorem about rings.
 pub const ON_RING: Theorem = Theorem {
-    // Evidence for SR-02.
     name: "on_ring",
     source: "predicate::on_ring, Arc::has_on_circle",
     claim: "yes exactly when the distance from the centre is between ρ − inward and ρ + outward, for ρ ≥ 64",

@@ -1,4 +1,6 @@
 //! Points beyond a line, and separation by a line.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::predicate::beyond;
 
@@ -59,7 +61,6 @@ pub const APART: Contract<9, 0> = Contract {
 
 /// Beyond a line.
 pub const BEYOND: Theorem = Theorem {
-    // Evidence for SR-01.
     name: NAME,
     source: "predicate::beyond",
     claim: "for r ≥ 0: yes exactly when there are points, and each is right of the line and farther than \

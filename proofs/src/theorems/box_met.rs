@@ -1,4 +1,6 @@
 //! Boxes that a segment meets, and points of both that move together.
+//!
+//! Evidence for SR-03.
 
 use super::crossing::{NOT_CROSSING, coordinates};
 use super::plane::{V, between_segments, share, terms, to_segment, v};
@@ -45,7 +47,6 @@ pub(super) const MEETS: Contract<9, 1> = Contract {
 
 /// The theorem about a segment that meets a box.
 pub const BOX_MET: Theorem = Theorem {
-    // Evidence for SR-03.
     name: MET,
     source: "predicate::box_segment",
     claim: "if a segment meets a box, one of its ends is in the box, a corner of the box is on it, or it \

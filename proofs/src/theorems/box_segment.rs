@@ -1,4 +1,6 @@
 //! The theorem about box–segment.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::predicate::box_segment;
 
@@ -44,7 +46,6 @@ const NEAR: Contract<9, 3> = Contract {
 
 /// Box–segment.
 pub const BOX_SEGMENT: Theorem = Theorem {
-    // Evidence for SR-01.
     name: BOX,
     source: "predicate::box_segment",
     claim: "near exactly when a point of the closed box is within r of a point of the segment, for r ≥ 0",

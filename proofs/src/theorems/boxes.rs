@@ -1,4 +1,6 @@
 //! Boxes: box–point, boxes beside a line, and the boxes that an index may skip.
+//!
+//! Evidence for SR-03.
 
 use keepout_kernel::exact::predicate::{Orientation, box_point, box_side};
 
@@ -37,7 +39,6 @@ pub const NEAR: Contract<7, 2> = Contract {
 
 /// Box–point.
 pub const BOX_POINT: Theorem = Theorem {
-    // Evidence for SR-03.
     name: BOX_POINT_NAME,
     source: "predicate::box_point",
     claim: "near exactly when a point of the closed box is within r of the point, for r ≥ 0",

@@ -24,6 +24,8 @@
 //!    side, and P is farther from X than that side is. If X is held and the end C is not, the way from X to
 //!    C leaves through a side. That side would be near, which is a contradiction. If C is held, the code
 //!    answers near, and this is right.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::predicate::{convex_holds, convex_segment, sides};
 
@@ -43,7 +45,6 @@ const SEGMENT_MAX: usize = 6;
 
 /// The theorem about the points that a polygon holds.
 pub const CONVEX_HOLDS: Theorem = Theorem {
-    // Evidence for SR-01.
     name: "convex_holds",
     source: "predicate::convex_holds, Convex::holds",
     claim: "yes exactly for points of the hull of the corners, when no corner is right of a side (run for \

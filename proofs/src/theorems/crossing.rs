@@ -1,4 +1,6 @@
 //! Proper crossing of two segments.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::predicate::crosses_properly;
 
@@ -74,7 +76,6 @@ pub(super) fn meeting(prover: &mut Prover<'_>, [ab, cd]: [[V; 2]; 2]) -> ([Term;
 
 /// The theorem about proper crossings.
 pub const CROSSES_PROPERLY: Theorem = Theorem {
-    // Evidence for SR-01.
     name: CROSSES,
     source: "predicate::crosses_properly",
     claim: "yes exactly when the lines are not parallel and meet at a point interior to both segments",

@@ -1,4 +1,6 @@
 //! The guard's in-flight set: motions within a hull, and the hull as one polygon.
+//!
+//! Evidence for SR-07.
 
 use super::beyond::off;
 use super::convex::{CONVEX_HOLDS, CONVEX_NEAR_SEGMENT};
@@ -17,7 +19,6 @@ fn total(numbers: &[Term]) -> Term {
 
 /// The theorem about the convexity of the in-flight set.
 pub const CONVEX_SET: Theorem = Theorem {
-    // Evidence for SR-07.
     name: "in_flight_is_convex",
     source: "executor: guard::in_flight (both shapes of motion)",
     claim: "a straight motion from a point of the hull of up to 14 points to one of the points stays in \

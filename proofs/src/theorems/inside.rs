@@ -1,4 +1,6 @@
 //! Points strictly inside a triangle.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::predicate::strictly_inside;
 
@@ -83,7 +85,6 @@ pub(super) fn unknown_corners() -> [V; 3] {
 
 /// The theorem about points strictly inside.
 pub const STRICTLY_INSIDE: Theorem = Theorem {
-    // Evidence for SR-01.
     name: INSIDE,
     source: "predicate::strictly_inside",
     claim: "yes exactly when the point is a mean of the corners with positive weights, and the triangle \

@@ -1,4 +1,6 @@
 //! The third axis: levels, and the lowest height of the in-flight set.
+//!
+//! Evidence for SR-06.
 
 use super::plane::{V, share, v};
 use super::winding::{RING_PARITY, odd};
@@ -9,7 +11,6 @@ use crate::smt::term::Term;
 
 /// The theorem that a certificate at a height holds at every greater height.
 pub const MONOTONE: Theorem = Theorem {
-    // Evidence for SR-06.
     name: "levels_are_monotone",
     source: "kernel: levels::Levels::new, Levels::at",
     claim: "the prohibited region of a height contains that of every greater height; a shape outside the \

@@ -1,4 +1,6 @@
 //! Sums of distances: rounding, and prefixes of motions.
+//!
+//! Evidence for SR-01, SR-03.
 
 use super::plane::{V, between_segments, share, terms, v};
 use super::segments;
@@ -48,7 +50,6 @@ pub const LONGER: Contract<6, 0> = Contract {
 
 /// The triangle inequality.
 pub const TRIANGLE_INEQUALITY: Theorem = Theorem {
-    // Evidence for SR-01, SR-03.
     name: INEQUALITY,
     source: "(plane geometry)",
     claim: "a vector longer than p and one of length z or less are more than p − z apart, for z ≤ p",

@@ -1,4 +1,6 @@
 //! Orientation and point–point.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::predicate::{Orientation, orientation, point_point};
 
@@ -12,7 +14,6 @@ use crate::smt::term::{Term, square, whole};
 
 /// Orientation.
 pub const ORIENTATION: Theorem = Theorem {
-    // Evidence for SR-01.
     name: "orientation",
     source: "predicate::orientation",
     claim: "the answer is the sign of the area of a, b, c; a swap changes the sign, a rotation does not",

@@ -1,4 +1,6 @@
 //! Proof that no operation overflows at the product's width.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::lattice::COORD_MAX;
 use keepout_kernel::exact::predicate::{
@@ -20,7 +22,6 @@ const FAR: i128 = 1 << 31;
 
 /// The theorem that no operation overflows.
 pub const OVERFLOW: Theorem = Theorem {
-    // Evidence for SR-01.
     name: "no_overflow",
     source: "all of predicate.rs, at the width Product",
     claim: "with coordinates of at most 2^29 and lengths from 0 to 2^29, every difference fits i32, every \

@@ -1,4 +1,6 @@
 //! Proof that the pieces of a swept arc cover it.
+//!
+//! Evidence for SR-02.
 
 use super::plane::{V, v};
 use crate::smt::fact::{all, any, at_most, claim, equal};
@@ -8,7 +10,6 @@ use crate::smt::term::whole;
 
 /// The theorem about the pieces of a swept arc.
 pub const SWEPT_PIECES: Theorem = Theorem {
-    // Evidence for SR-02.
     name: "swept_arc_pieces",
     source: "SweptArc::reaches_before, push_halves, follows; ArcChords::check",
     claim: "let two corners be less than half a turn apart: a ray between them lies between the first and \

@@ -1,4 +1,6 @@
 //! Point–segment.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::predicate::point_segment;
 
@@ -34,7 +36,6 @@ pub const NEAR: Contract<7, 1> = Contract {
 
 /// Point–segment.
 pub const POINT_SEGMENT: Theorem = Theorem {
-    // Evidence for SR-01.
     name: NAME,
     source: "predicate::point_segment",
     claim: "near exactly when there is t in [0, 1] with |p − a − t(b − a)| ≤ r, for r ≥ 0",

@@ -1,4 +1,6 @@
 //! The boxes that an index skips around a polygon.
+//!
+//! Evidence for SR-03.
 
 use super::beyond::off;
 use super::boxes;
@@ -10,7 +12,6 @@ use crate::smt::term::{Term, square};
 
 /// The theorem about boxes that a query around a polygon may skip.
 pub const POLYGON_PRUNING: Theorem = Theorem {
-    // Evidence for SR-03.
     name: "polygon_pruning",
     source: "index::query (Around), Window::grown, side_of",
     claim: "let a polygon not lie right of a side's line: a box that, grown by T, is wholly right of that \

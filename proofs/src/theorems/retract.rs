@@ -1,4 +1,6 @@
 //! Motions that recede from a segment.
+//!
+//! Evidence for SR-14.
 
 use keepout_kernel::exact::predicate::retract;
 
@@ -12,7 +14,6 @@ use crate::smt::term::{Term, whole};
 
 /// The theorem about receding motions.
 pub const RECEDES: Theorem = Theorem {
-    // Evidence for SR-14.
     name: "recedes",
     source: "predicate::retract",
     claim: "yes: no point of the motion is nearer to any point of the segment than its start is to the \

@@ -1,4 +1,6 @@
 //! Rings of chords: the checks on pairs of edges.
+//!
+//! Evidence for SR-04.
 
 use super::plane::{V, share, v};
 use crate::smt::fact::{Implication, all, any, at_most, claim, equal, less, not};
@@ -8,7 +10,6 @@ use crate::smt::term::{Term, whole};
 
 /// The theorem about the short cut of `touches`.
 pub const TOUCHES: Theorem = Theorem {
-    // Evidence for SR-04.
     name: "touches",
     source: "Segment::touches",
     claim: "segments have no common point if one lies strictly on one side of the other's line; else the \

@@ -1,4 +1,6 @@
 //! Segments that do not cross are nearest at an end.
+//!
+//! Evidence for SR-01.
 
 use super::crossing::{NOT_CROSSING, coordinates, four, inner, meeting, numbers, unknown_segments};
 use super::plane::{V, between_lines, between_segments, share, v as vector};
@@ -50,7 +52,6 @@ fn moved(s: Term, s0: Term, way: Term) -> Term {
 
 /// The theorem that an end decides.
 pub const SEGMENT_ENDS: Theorem = Theorem {
-    // Evidence for SR-01.
     name: ENDS,
     source: "predicate::segment_segment",
     claim: "segments that do not cross properly are nearest at an end of one of them",

@@ -1,4 +1,6 @@
 //! Segment–segment.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::predicate::segment_segment;
 
@@ -40,7 +42,6 @@ pub const NEAR: Contract<9, 2> = Contract {
 
 /// Segment–segment.
 pub const SEGMENT_SEGMENT: Theorem = Theorem {
-    // Evidence for SR-01.
     name: SEGMENTS,
     source: "predicate::segment_segment",
     claim: "near exactly when there are s, t in [0, 1] with |a + s(b − a) − c − t(d − c)| ≤ r, for r ≥ 0",

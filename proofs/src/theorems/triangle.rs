@@ -1,4 +1,6 @@
 //! Triangle–segment.
+//!
+//! Evidence for SR-01.
 
 use keepout_kernel::exact::predicate::triangle_segment;
 
@@ -44,7 +46,6 @@ pub const NEAR: Contract<11, 4> = Contract {
 
 /// Triangle–segment.
 pub const TRIANGLE_SEGMENT: Theorem = Theorem {
-    // Evidence for SR-01.
     name: TRIANGLE,
     source: "predicate::triangle_segment",
     claim: "near exactly when a point of the filled triangle is within r of a point of the segment, for r \

@@ -1,4 +1,6 @@
 //! Straight ways that leave a triangle.
+//!
+//! Evidence for SR-01.
 
 use super::inside::{NOT_INSIDE, are_weights, area, sum_is_one, unknown_corners, weighted, weights_of};
 use super::plane::{V, share, terms, v};
@@ -43,7 +45,6 @@ fn is_exit(p: Term, z: Term, way: Term) -> Fact {
 
 /// The theorem about leaving a triangle.
 pub const TRIANGLE_EXIT: Theorem = Theorem {
-    // Evidence for SR-01.
     name: EXIT,
     source: "predicate::triangle_segment",
     claim: "a straight way from a point of the filled triangle to one that is not strictly inside meets a \

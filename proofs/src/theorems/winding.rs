@@ -1,4 +1,6 @@
 //! Sides: crossings of a ray, the triangle, and the reason why a clear motion does not change sides.
+//!
+//! Evidence for SR-04.
 
 use keepout_kernel::exact::predicate::{crosses_properly, ray_crosses, strictly_inside};
 
@@ -32,7 +34,6 @@ fn at_most_zero(a: Term) -> Fact {
 
 /// The theorem about the parity of a triangle.
 pub const TRIANGLE_PARITY: Theorem = Theorem {
-    // Evidence for SR-04.
     name: "ray_crosses_triangle",
     source: "predicate::ray_crosses, Ring::crossing_parity_is_odd",
     claim: "for a point on no side of a triangle, its ray crosses an odd number of sides exactly when the \

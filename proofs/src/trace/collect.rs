@@ -67,7 +67,7 @@ fn lists() -> io::Result<[Listed; 5]> {
         Listed {
             kind: EvidenceKind::Theorem,
             folder: "proofs/src/theorems",
-            form: |name| vec![format!("name: \"{name}\"")],
+            form: |name| vec![format!("\"{name}\"")],
             names: THEOREMS.iter().map(|each| (each.name, runs(each.name))).collect(),
         },
         Listed {
