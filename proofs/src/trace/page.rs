@@ -39,15 +39,15 @@ fn write_trace(text: &mut String, trace: &SafetyTrace) -> Result {
     let running = trace.evidence.iter().filter(|each| each.runs_code).count();
     writeln!(
         text,
-        "# The trace\n\n`cargo run --release -p keepout-proofs -- trace` writes this page from the comments of the \
-         code, from\n[hazards](hazards.md), [requirements](requirements.md) and [assumptions](assumptions.md), and \
-         from the results of the\nseeded faults. CI fails when a requirement has no running evidence, when evidence \
-         belongs to no requirement, when a\nfault is noticed by nobody, or when no fault can make a test fail. \
-         `proofs/not-shown-to-fail.txt` lists older evidence for\nwhich that has not been tried: {} pieces. It may only \
-         shrink.\n\n\
+        "# The trace\n\n`cargo run --release -p keepout-proofs -- trace` writes this page from the comments of \
+         the code, from\n[hazards](hazards.md), [requirements](requirements.md) and [assumptions](assumptions.md), \
+         and from the results of the\nseeded faults. CI fails when a requirement has no running evidence, when \
+         evidence belongs to no requirement, when\nnobody notices a fault, or when no fault can make a test fail. \
+         `proofs/not-shown-to-fail.txt` lists older evidence for\nwhich that has not been tried: {} pieces. It may \
+         only shrink.\n\n\
          {} requirements, {} pieces of evidence ({running} of them run code of the product), {} seeded faults. The \
-         last column\nof the second table in each section names the faults that a piece of evidence noticed, in a copy \
-         of the code.\n\n\
+         last column\nof the second table in each section names the faults that a piece of evidence noticed, in a \
+         copy of the code.\n\n\
          | requirement | hazards | code | evidence | seeded faults |\n|---|---|---|---|---|",
         trace.not_shown.len(),
         trace.statements.requirements.len(),
