@@ -48,7 +48,7 @@ impl ShardOptions {
     /// so that a run which does not end leaves none.
     ///
     /// # Errors
-    /// [`BeginError`]. Without `--results` there is none.
+    /// [`BeginError`], with `--results` only.
     pub fn begin(&self, program: &str, data: String, local: &[&OsStr]) -> Result<ShardRecord, BeginError> {
         let revision = match &self.results {
             Some(path) => {

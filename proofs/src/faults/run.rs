@@ -176,7 +176,7 @@ impl Workshop<'_> {
         tree::seed_one(&tree, fault)?;
         let built = self.cargo(&tree, &["-p", "keepout-proofs", "--bin", "keepout-proofs"])?;
         if !built.status.success() {
-            return Ok(FaultFate::Unbuilt(String::from_utf8_lossy(&built.stderr).lines().take(1).collect()));
+            return Ok(unbuilt(&built));
         }
         let name = fault.theorem.clone().unwrap_or_default();
         let mut command = Command::new("timeout");
@@ -186,7 +186,7 @@ impl Workshop<'_> {
             Some(0) => FaultFate::Survived,
             Some(1) => FaultFate::Noticed(vec![name]),
             Some(TIMED_OUT) => FaultFate::Undecided,
-            _ => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
+            _ => unbuilt(&ran),
         })
     }
 
@@ -212,17 +212,19 @@ impl Workshop<'_> {
             Some(0) => FaultFate::Survived,
             Some(TIMED_OUT) => FaultFate::Undecided,
             _ if !failed.is_empty() => FaultFate::Noticed(failed),
-            _ => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
+            _ => unbuilt(&ran),
         })
     }
 
     /// Runs `check` over the groups that can see the fault.
     #[expect(clippy::unused_self, reason = "beside its neighbours")]
     fn check(&self, command: &mut Command, fault: &SeededFault) -> io::Result<FaultFate> {
-        let groups = match () {
-            () if fault.is_in_kernel() => "",
-            () if fault.is_under("executor/src/dialect") => DIALECTS,
-            () => OUTSIDE_THE_KERNEL,
+        let groups = if fault.is_in_kernel() {
+            ""
+        } else if fault.is_under("executor/src/dialect") {
+            DIALECTS
+        } else {
+            OUTSIDE_THE_KERNEL
         };
         let ran = command.arg(groups).output()?;
         let text = String::from_utf8_lossy(&ran.stdout);
@@ -251,7 +253,12 @@ impl Workshop<'_> {
             Some(verdict) => FaultFate::Noticed(vec![verdict.into()]),
             None if ran.status.success() => FaultFate::Survived,
             None if ran.status.code() == Some(TIMED_OUT) => FaultFate::Undecided,
-            None => FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect()),
+            None => unbuilt(&ran),
         })
     }
+}
+
+/// The fate of a fault whose programs cannot be built or run: the first line of the error.
+fn unbuilt(ran: &Output) -> FaultFate {
+    FaultFate::Unbuilt(String::from_utf8_lossy(&ran.stderr).lines().take(1).collect())
 }

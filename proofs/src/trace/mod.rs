@@ -39,18 +39,48 @@ pub enum EvidenceKind {
 }
 
 impl EvidenceKind {
-    /// Its name, in the plural, and the command that runs one of it.
+    /// One piece of it, in words.
     #[must_use]
-    pub fn words(self) -> [&'static str; 2] {
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Theorem => ["theorems", "keepout-proofs prove --only NAME"],
-            Self::Property => ["properties", "cargo test -p keepout-proofs --lib NAME"],
-            Self::Soak => ["soaks", "keepout-proofs soak --seed 1"],
-            Self::Harness => ["harnesses", "keepout-proofs model-check NAME"],
-            Self::World => ["worlds", "keepout-proofs explore --only NAME"],
-            Self::Test => ["tests", "cargo test -p CRATE NAME"],
-            Self::Fuzz => ["fuzz targets", "fuzz/run 1800 NAME"],
-            Self::Hostile => ["hostile simulation", "hostile --seed 1 --hours 100"],
+            Self::Theorem => "theorem",
+            Self::Property => "property",
+            Self::Soak => "soak",
+            Self::Harness => "harness",
+            Self::World => "world",
+            Self::Test => "test",
+            Self::Fuzz => "fuzz target",
+            Self::Hostile => "hostile simulation",
+        }
+    }
+
+    /// Several pieces of it, in words.
+    #[must_use]
+    pub fn plural(self) -> &'static str {
+        match self {
+            Self::Theorem => "theorems",
+            Self::Property => "properties",
+            Self::Soak => "soaks",
+            Self::Harness => "harnesses",
+            Self::World => "worlds",
+            Self::Test => "tests",
+            Self::Fuzz => "fuzz targets",
+            Self::Hostile => "hostile simulation",
+        }
+    }
+
+    /// The command that runs one piece of it.
+    #[must_use]
+    pub fn command(self) -> &'static str {
+        match self {
+            Self::Theorem => "keepout-proofs prove --only NAME",
+            Self::Property => "cargo test -p keepout-proofs --lib NAME",
+            Self::Soak => "keepout-proofs soak --seed 1",
+            Self::Harness => "keepout-proofs model-check NAME",
+            Self::World => "keepout-proofs explore --only NAME",
+            Self::Test => "cargo test -p CRATE NAME",
+            Self::Fuzz => "fuzz/run 1800 NAME",
+            Self::Hostile => "hostile --seed 1 --hours 100",
         }
     }
 }
@@ -74,7 +104,7 @@ impl TracedEvidence {
     /// Its kind and name, as the list of evidence that was not shown to fail has them.
     #[must_use]
     pub fn key(&self) -> String {
-        format!("{}: {}", self.kind.words()[0], self.name)
+        format!("{}: {}", self.kind.plural(), self.name)
     }
 }
 

@@ -104,8 +104,8 @@ fn counted<'a>(evidence: impl Iterator<Item = &'a TracedEvidence>) -> String {
     let mut counts: BTreeMap<EvidenceKind, usize> = BTreeMap::new();
     evidence.for_each(|each| *counts.entry(each.kind).or_default() += 1);
     let words = counts.iter().map(|(kind, count)| match kind {
-        EvidenceKind::Hostile => kind.words()[0].to_string(),
-        _ => format!("{count} {}", kind.words()[0]),
+        EvidenceKind::Hostile => kind.plural().to_string(),
+        _ => format!("{count} {}", kind.plural()),
     });
     words.collect::<Vec<_>>().join(", ")
 }
@@ -131,13 +131,11 @@ fn write_evidence(text: &mut String, trace: &SafetyTrace, evidence: &TracedEvide
     } else {
         "runs no code: the reason for what others test".into()
     };
-    let kind = evidence.kind.words()[0].trim_end_matches("ies").trim_end_matches('s');
-    let kind = if evidence.kind == EvidenceKind::Property { "property" } else { kind };
     writeln!(
         text,
         "| `{}` | {} | `{}` | {} |",
         evidence.name,
-        kind.replace("harnesse", "harness"),
+        evidence.kind.name(),
         evidence.file.display(),
         noticed.replace('|', "\\|"),
     )
@@ -166,7 +164,7 @@ fn write_impact(text: &mut String, trace: &SafetyTrace) -> Result {
          seeded faults again:\n`keepout-proofs faults`.\n\n| evidence | command |\n|---|---|"
     )?;
     for kind in KINDS {
-        writeln!(text, "| {} | `{}` |", kind.words()[0], kind.words()[1])?;
+        writeln!(text, "| {} | `{}` |", kind.plural(), kind.command())?;
     }
     writeln!(
         text,

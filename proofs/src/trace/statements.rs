@@ -41,10 +41,9 @@ pub struct Statements {
 /// Numbered sections of a page: number, title and text.
 fn sections<'a>(page: &'a str, prefix: &str) -> Vec<[&'a str; 3]> {
     let mut found: Vec<[&str; 3]> = Vec::new();
-    let heads: Vec<(usize, &str)> =
-        page.match_indices("\n### ").map(|(at, head)| (at + head.len(), "")).collect();
-    for (n, (begin, _)) in heads.iter().enumerate() {
-        let end = heads.get(n + 1).map_or(page.len(), |(next, _)| next - "\n### ".len());
+    let heads: Vec<usize> = page.match_indices("\n### ").map(|(at, head)| at + head.len()).collect();
+    for (n, begin) in heads.iter().enumerate() {
+        let end = heads.get(n + 1).map_or(page.len(), |next| next - "\n### ".len());
         let (head, text) = page[*begin..end].split_once('\n').unwrap_or((&page[*begin..end], ""));
         let (id, title) = head.split_once(' ').unwrap_or((head, ""));
         if id.starts_with(prefix) {

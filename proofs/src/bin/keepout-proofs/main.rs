@@ -8,9 +8,8 @@ mod soak;
 mod trace;
 mod write;
 
-use std::process::ExitCode;
-
 use std::ffi::OsStr;
+use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use keepout_campaigns::{ShardOptions, ShardRecord};
