@@ -176,29 +176,23 @@ fn levels_are_monotone(field: &HeightField, [one, other]: [Height; 2], [a, b, c]
 
 fn certificates_do_not_hold_below_their_level(field: &HeightField, heights: [Height; 2], a: Xy, r: i64) {
     let exact = levels(field);
-    let Ok(simplified) = exact.simplified(Length::ZERO) else { return passed_over() };
-    for levels in [&exact, &simplified] {
-        certificates_do_not_hold_in(levels, (field, heights), a, r);
-    }
-}
-
-/// The same for the outlines as they are, or for simplified ones.
-fn certificates_do_not_hold_in(
-    levels: &Levels,
-    (field, heights): (&HeightField, [Height; 2]),
-    a: Xy,
-    r: i64,
-) {
-    let [one, other] = heights.map(|tip| levels.at(tip));
-    let (high, low) = if one.level() < other.level() { (one, other) } else { (other, one) };
-    let Ok(from) = high.free_point(at(a), length(r)) else { return passed_over() };
-    assert_eq!(from.level(), high.level());
-    if low.level() == high.level() {
+    let number = |tip: Height| exact.at(tip).level();
+    let [one, other] = heights;
+    let tips = if number(one) < number(other) { [one, other] } else { [other, one] };
+    let numbers = tips.map(number);
+    if numbers[0] == numbers[1] || exact.at(tips[0]).free_point(at(a), length(r)).is_err() {
         return passed_over();
     }
-    let beside = Point::from_units(a.0 + 1, a.1).unwrap_or(at(a));
-    assert_eq!(certified(low, from, [beside, at(a)]), [false; 5], "{field:?} {heights:?} {a:?} {r}");
-    assert_eq!(low.motion(from, at(a)), Err(Blocked::StartTooNear(at(a))));
+    let simplified = exact.simplified(Length::ZERO).expect("the same edges");
+    for levels in [&exact, &simplified] {
+        let [high, low] = tips.map(|tip| levels.at(tip));
+        assert_eq!([high, low].map(|part| part.level()), numbers, "{field:?} {heights:?}");
+        let from = high.free_point(at(a), length(r)).expect("simplified by nothing it is as free");
+        assert_eq!(from.level(), high.level());
+        let beside = Point::from_units(a.0 + 1, a.1).unwrap_or(at(a));
+        assert_eq!(certified(low, from, [beside, at(a)]), [false; 5], "{field:?} {heights:?} {a:?} {r}");
+        assert_eq!(low.motion(from, at(a)), Err(Blocked::StartTooNear(at(a))));
+    }
 }
 
 fn levels_fall_from_top_to_top(field: &HeightField) {
