@@ -52,12 +52,20 @@ pub struct PropertyOutcome {
 }
 
 thread_local! {
-    static PASSED_OVER: Cell<u64> = const { Cell::new(0) };
+    /// Whether the case that runs does not meet its property's premise.
+    static PASSED_OVER: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Counts a case that does not meet a property's premise.
+/// Marks the case that runs as one that does not meet its property's premise.
 pub fn passed_over() {
-    PASSED_OVER.set(PASSED_OVER.get() + 1);
+    PASSED_OVER.set(true);
+}
+
+/// Runs one case, and returns whether it met its property's premise.
+fn met_premise<S>(run: fn(&mut S), source: &mut S) -> bool {
+    PASSED_OVER.set(false);
+    run(source);
+    !PASSED_OVER.get()
 }
 
 /// At least one in four cases must meet the premise, or 400 cases in all. A run with fewer shows little.
@@ -71,13 +79,13 @@ impl Property {
     #[must_use]
     pub fn run_every(&self) -> Option<Ran> {
         let (side, run) = self.every?;
-        let (mut every, mut cases) = (Every::of(side), 0);
-        PASSED_OVER.set(0);
+        let mut every = Every::of(side);
+        let mut ran = Ran { cases: 0, asked: 0, reach: side };
         loop {
-            run(&mut every);
-            cases += 1;
+            ran.asked += u64::from(met_premise(run, &mut every));
+            ran.cases += 1;
             if !every.advance() {
-                return Some(Ran { cases, asked: cases - PASSED_OVER.get(), reach: side });
+                return Some(ran);
             }
         }
     }
@@ -96,12 +104,12 @@ impl Property {
         let (cases, run) = self.random?;
         let cases = cases / share;
         let mut chance = Chance::of(SEED);
-        PASSED_OVER.set(0);
+        let mut asked = 0;
         for _ in 0..cases {
             chance.advance();
-            run(&mut chance);
+            asked += u64::from(met_premise(run, &mut chance));
         }
-        Some(Ran { cases, asked: cases - PASSED_OVER.get(), reach: chance.reach() })
+        Some(Ran { cases, asked, reach: chance.reach() })
     }
 
     /// Runs the engines that need no other tool: every case, and random cases.

@@ -1,5 +1,7 @@
 //! Polygons with as many corners as the guard keeps.
 
+use std::iter::repeat_n;
+
 use keepout_kernel::exact::predicate::{convex_holds, convex_segment};
 use keepout_kernel::exact::width::Product;
 
@@ -13,7 +15,8 @@ properties! {
     "predicates: polygons", "kernel/src/exact/predicate.rs, convex.rs";
     // Evidence for SR-01.
     polygons_of_many_corners_are_exact |d| {
-        let points: Vec<Xy> = (0..14).map(|_| on_a_circle(d)).collect();
+        let radius = d.int(0, 50);
+        let points: Vec<Xy> = (0..14).map(|_| on_a_circle(d, radius)).collect();
         polygons_of_many_corners_are_exact(points, (d.int(-90, 90), d.int(-90, 90)), d.int(-30, 30), d.int(0, 30))
     }
         => "polygon–segment and point in polygon, for up to fourteen corners: near exactly when some triangle of a \
@@ -21,17 +24,20 @@ properties! {
         random 20_000;
 }
 
-/// A point on a circle of radius 50, to a unit.
-fn on_a_circle<D: Draw>(d: &mut D) -> Xy {
-    let x = d.int(-50, 50);
-    let y = (50 * 50 - x * x).isqrt();
+/// A point on a circle, to a unit.
+fn on_a_circle<D: Draw>(d: &mut D, radius: i64) -> Xy {
+    let x = d.int(-radius, radius);
+    let y = (radius * radius - x * x).isqrt();
     (x, if d.coin() { y } else { -y })
 }
 
-/// At the width that ships. The truth is the fan of triangles from the first corner.
+/// At the width that ships. The truth is the fan of triangles from the first corner. Where the points leave fewer
+/// than three corners, the last corner stands for those that lack.
 fn polygons_of_many_corners_are_exact(points: Vec<Xy>, d: Xy, along: i64, r: i64) {
     let corners = hull(points);
-    let Some((&first, rest)) = corners.split_first() else { return passed_over() };
+    let Some((&first, &last)) = corners.first().zip(corners.last()) else { return passed_over() };
+    let lacking = 3_usize.saturating_sub(corners.len());
+    let rest: Vec<Xy> = corners[1..].iter().copied().chain(repeat_n(last, lacking)).collect();
     let e = (d.0 + along, d.1 - along / 2);
     let of = exact::<Product>;
     let [big_d, big_e] = [of(d), of(e)];
