@@ -42,8 +42,8 @@ pub trait ControllerModel: Clone + Debug + Eq + Hash {
     /// Applies an event, and returns the path of the tool.
     fn apply(&mut self, event: Self::Event) -> Vec<Xyz>;
 
-    /// Lets half of `DRAIN` pass. Returns whether that is possible: no block that has left the planner is overdue,
-    /// and the tool has come to rest after a stop.
+    /// Lets half of `DRAIN` pass. Returns whether that is possible: no block that has left the planner is overdue, no
+    /// line is being parsed, and the tool has come to rest after a stop.
     fn pass_half(&mut self) -> bool;
 }
 

@@ -190,7 +190,7 @@ impl InFlight {
             self.moving();
             return Ok(false);
         }
-        if !self.rests_again(position) {
+        if !self.rests_again(evidence) {
             return Ok(false);
         }
         // The set may be certified at a higher level only, so this level is queried again.

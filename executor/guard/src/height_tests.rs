@@ -61,9 +61,13 @@ fn guard(checked: bool) -> Guard {
 }
 
 fn rest(guard: &mut Guard, at: Place) -> Result<(), Refusal> {
-    let stamp = guard.stamp(Time::ZERO);
+    rest_after(guard, at, Time::ZERO)
+}
+
+fn rest_after(guard: &mut Guard, at: Place, now: Time) -> Result<(), Refusal> {
+    let stamp = guard.stamp(now);
     let feedback = PositionFeedback { position: at, in_position: true, queued: Some(0), waiting: false };
-    guard.reported(&feedback, stamp, Time::ZERO)
+    guard.reported(&feedback, stamp, now)
 }
 
 fn on_the_way(guard: &mut Guard, at: Place) -> Result<(), Refusal> {
@@ -218,8 +222,8 @@ fn cancel_that_strays_must_be_clear_below() {
         assert_eq!(guard.may_have_strayed(), admitted);
         if admitted {
             guard.acknowledged().unwrap();
-            for _ in 0..2 {
-                rest(&mut guard, at(5000, 5100, z - 200)).unwrap();
+            for now in [Time::ZERO, Time::ZERO.after(PARSING)] {
+                rest_after(&mut guard, at(5000, 5100, z - 200), now).unwrap();
             }
             assert_eq!(guard.confirmed().map(FreePlace::place), Some(at(5000, 5100, z - 200)));
         }

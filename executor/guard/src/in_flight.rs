@@ -35,6 +35,7 @@ use keepout_kernel::{
 
 use crate::evidence::Evidence;
 use crate::hull::Hull;
+use crate::rest::Rest;
 use crate::{FreePlace, HeightRules, Interpolation, Refusal, Rules, Time, clear_box};
 
 #[derive(Clone, Copy, Debug)]
@@ -84,10 +85,8 @@ pub(crate) struct InFlight {
     /// Number of rejected lines since the tool was last in position. A duplicate of one may still arrive and
     /// be accepted.
     pub(crate) refused: u64,
-    /// Number of reports at rest in a row that agree.
-    pub(crate) rests_seen: u8,
-    /// Position of the last report at rest. `None` after a motion.
-    pub(crate) rested_at: Option<Place>,
+    /// The last report at rest. `None` after a motion.
+    pub(crate) rest: Option<Rest>,
     /// Highest feed of a line since the tool was last in position, mm/min.
     pub(crate) fastest: u32,
     /// Number of lines sent when the last cancel left. `None` without a cancel since the tool was last in
@@ -115,8 +114,7 @@ impl InFlight {
             left_before: 0,
             executed: 0,
             refused: 0,
-            rests_seen: 0,
-            rested_at: None,
+            rest: None,
             fastest: 0,
             cancelled: None,
             stray: Length::ZERO,
@@ -164,8 +162,7 @@ impl InFlight {
 
     /// Drops the reports at rest. They are no evidence after a new line or a report in motion.
     pub(crate) fn moving(&mut self) {
-        self.rests_seen = 0;
-        self.rested_at = None;
+        self.rest = None;
     }
 
     /// The convex hull of the set. `None` without points, and when [`Hull::of`] fails.
@@ -256,7 +253,7 @@ impl InFlight {
     }
 
     /// The height that a report confirms: the reported one, but not below the lowest height of the set.
-    fn confirmed_height(&self, reported: Height) -> Height {
+    pub(crate) fn confirmed_height(&self, reported: Height) -> Height {
         self.lowest().map_or(reported, |lowest| lowest.max(reported))
     }
 
@@ -294,46 +291,12 @@ impl InFlight {
         self.before = self.confirmed.filter(|_| !self.checked);
         self.confirmed = Some(confirmed);
         if rests {
-            return Ok(self.settle(part, feedback.position));
+            return Ok(self.settle(part, evidence));
         }
         self.moving();
         self.lines.retain(|line| line.number > passed);
         self.take_count(evidence);
         Ok(false)
-    }
-
-    fn settle(&mut self, part: &ProhibitedRegion, position: Place) -> bool {
-        let arrived = self.lines.back().is_none_or(|line| self.agrees(line.target.place(), position));
-        let again = self.rests_again(position);
-        let enough = again || self.checked && arrived;
-        if enough {
-            let height = self.confirmed_height(position.height);
-            self.before = None;
-            self.lines.clear();
-            self.left_queue.clear();
-            self.refused = 0;
-            self.fastest = 0;
-            self.cancelled = None;
-            let free = self.reached(part, position.point);
-            let known = |known: FreePlace| FreePlace { free: free.unwrap_or(known.free), height };
-            self.confirmed = self.confirmed.map(known);
-        }
-        enough
-    }
-
-    /// Whether two places are the same to the resolution.
-    fn agrees(&self, one: Place, other: Place) -> bool {
-        !points_within(one.point, other.point, self.resolution).is_clear()
-            && self.heights.agree(one.height, other.height, 1)
-    }
-
-    /// Counts a report at rest. Returns whether the report before it was at rest at the same place, to the
-    /// resolution.
-    pub(crate) fn rests_again(&mut self, position: Place) -> bool {
-        let again = self.rested_at.is_some_and(|other| self.agrees(other, position));
-        self.rests_seen = if again { self.rests_seen.saturating_add(1) } else { 1 };
-        self.rested_at = Some(position);
-        self.rests_seen >= 2
     }
 
     /// Number of the last completed line, or zero.

@@ -84,6 +84,7 @@ mod nearest;
 mod open_space;
 mod place;
 mod queries;
+mod rest;
 mod rules;
 mod state;
 #[cfg(test)]
@@ -106,6 +107,7 @@ pub use motion::{Certified, CertifiedCancel, FeedOverride, Motion, Refusal};
 use nearest::clear_box;
 pub use open_space::guard_in_open_space;
 pub use place::FreePlace;
+pub use rest::PARSING;
 pub use rules::{HeightRules, Interpolation, Rules};
 pub use state::State;
 pub use time::Time;

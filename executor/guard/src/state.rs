@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use keepout_kernel::{Length, Place};
 
 use crate::contour::ContourCounts;
+use crate::rest::Rest;
 use crate::{FreePlace, Guard, Time};
 
 /// All changing parts of a guard, except the edge that it checks first. That edge only makes a refusal
@@ -16,7 +17,7 @@ pub struct State {
     lines: Vec<(u64, Place)>,
     left_queue: Vec<(u64, Time)>,
     left: [u64; 3],
-    rests: (u8, Option<Place>),
+    rest: Option<Rest>,
     cancelled: (Option<u64>, u32, i32),
     counts: [u64; 3],
     contour: Option<(ContourCounts, Place)>,
@@ -40,7 +41,7 @@ impl Guard {
             lines: set.lines.iter().map(|line| (line.number, line.target.place())).collect(),
             left_queue: set.left_queue.iter().copied().collect(),
             left: [set.left_before, set.executed, set.refused],
-            rests: (set.rests_seen, set.rested_at),
+            rest: set.rest,
             cancelled: (set.cancelled, set.fastest, set.stray.units()),
             counts: [self.sent, self.acknowledged, self.read],
             contour: self.contour.as_ref().map(|contour| (contour.counts(), contour.end().place())),

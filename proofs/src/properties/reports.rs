@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use keepout_guard::{
-    Certification, ContourMotion, DRAIN, Guard, Interpolation, PositionFeedback, Refusal, Time,
+    Certification, ContourMotion, DRAIN, Guard, Interpolation, OnCancel, PARSING, PositionFeedback, Refusal,
+    Time,
 };
 use keepout_kernel::{Curve, Point, Segment};
 
@@ -15,7 +16,7 @@ use crate::property::properties;
 use crate::square::place;
 
 properties! {
-    "guard: reports", "executor/guard/src/in_flight.rs, evidence.rs, contour.rs";
+    "guard: reports", "executor/guard/src/in_flight.rs, rest.rs, contour.rs";
     // Evidence for SR-08.
     one_queue_length_is_no_evidence |d| {
         let lie = d.one_of(6);
@@ -29,6 +30,14 @@ properties! {
     }
         => "a line whose block left the queue completes only by a report whose query left at least the drain time \
             after that was known, however late the report arrives; then it does complete";
+        random 20_000;
+    rest_shows_when_no_line_can_be_in_parsing |d| {
+        let early = u64::try_from(d.int(1, 50_000)).unwrap_or(1);
+        rest_shows_when_no_line_can_be_in_parsing(Stopped::ALL[d.one_of(4)], early, d.int(0, 5), d.coin())
+    }
+        => "after a rejected line or a cancel, no reports at rest settle whose queries left earlier than a controller \
+            parses a line after the first of them arrived, however many; the next one does. Without either, two \
+            reports settle";
         random 20_000;
     // Evidence for SR-09.
     contour_heights_off_the_motion_are_refused |d| {
@@ -97,6 +106,59 @@ fn lines_complete_only_when_the_query_left_late_enough(aside: i64, early_us: u64
         guard.reported(&feedback(on_the_second(k), false, 1), stamp, now).expect("it is in the hull");
     }
     assert!(!kept(&guard), "{aside} {early_us} {checked}: evidence completes the line");
+}
+
+/// What ended the last jog.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stopped {
+    AtItsTarget,
+    ByRejection,
+    ByCancel,
+    ByCancelThatStrays,
+}
+
+impl Stopped {
+    const ALL: [Self; 4] = [Self::AtItsTarget, Self::ByRejection, Self::ByCancel, Self::ByCancelThatStrays];
+}
+
+/// A jog, and reports at rest. A report in motion between them makes them count anew.
+fn rest_shows_when_no_line_can_be_in_parsing(stopped: Stopped, early_us: u64, reports: i64, moves: bool) {
+    let mut guard = guard(Interpolation::Linear, false);
+    guard.locate(at((-3000, 0)).in_plane()).expect("it is clear");
+    guard.jog(at((-3000, 2000)).in_plane(), 1).expect("it is clear");
+    match stopped {
+        Stopped::AtItsTarget => guard.acknowledged().expect("one line"),
+        Stopped::ByRejection => assert!(guard.refused()),
+        Stopped::ByCancel | Stopped::ByCancelThatStrays => {
+            let strays = stopped == Stopped::ByCancelThatStrays;
+            let on_cancel = if strays { OnCancel::MayStray } else { OnCancel::KeepsPath };
+            guard.learn_of_cancels(on_cancel, Some(u64::MAX));
+            guard.cancel().map(drop).expect("it is clear around");
+            guard.acknowledged().expect("one line");
+        }
+    }
+    let mut report = |rests, asked: Time| {
+        let stamp = guard.stamp(asked);
+        guard
+            .reported(&feedback(at((-3000, 1000)), rests, 0), stamp, asked.after(DRAIN))
+            .expect("it is in the hull");
+        guard.in_position()
+    };
+    assert!(!report(true, Time::ZERO), "{stopped:?}: one report is no evidence");
+    let mut first = Time::ZERO.after(DRAIN);
+    if stopped == Stopped::AtItsTarget {
+        assert!(report(true, first), "two reports agree");
+        return;
+    }
+    if moves {
+        assert!(!report(false, first.after(2 * PARSING)) && !report(true, first.after(3 * PARSING)));
+        first = first.after(3 * PARSING + DRAIN);
+    }
+    let early = first.after(PARSING - Duration::from_micros(early_us));
+    for _ in 0..reports {
+        assert!(!report(true, early), "{stopped:?} {early_us} {moves}: the query left too early");
+    }
+    assert!(report(true, first.after(PARSING)), "{stopped:?} {reports} {moves}: no line can be in parsing");
 }
 
 /// A contour of two motions far from the plate. The report is in the middle of the first or the second one.

@@ -296,7 +296,9 @@ impl ControllerModel for SecondController {
     }
 
     fn pass_half(&mut self) -> bool {
-        if matches!(self.state, StepState::Cancels | StepState::Brakes) {
+        // A line is parsed sooner, unless it waits for room.
+        let parses = self.parsed.is_some() && !self.waited;
+        if parses || matches!(self.state, StepState::Cancels | StepState::Brakes) {
             return false;
         }
         if self.state == StepState::Moves {
