@@ -24,6 +24,8 @@
 //! keepout_proofs::property_of_bytes(&[0, 0, 1, 2, 3, 4, 5, 6, 7, 8]);
 //! ```
 
+#[cfg(all(feature = "tools", feature = "guard", feature = "solvers"))]
+pub mod carried;
 pub mod check;
 #[cfg(feature = "guard")]
 pub mod controller;

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use keepout_planner::file::write_whole;
 
+use crate::carried::{self, Carrier};
 use crate::faults::results::FaultFate;
 use crate::faults::{self, FaultEngine, SeededFault};
 use crate::property::{Property, PropertyOutcome, Ran};
@@ -51,24 +52,6 @@ const BESIDE: [(&str, &str, &str); 8] = [
         "executor/",
         "tests/: bin hostile",
     ),
-];
-
-/// Theorems that run no code, each with the properties that test the code against it.
-pub const TIED: &[(&str, &[&str])] = &[
-    ("pruning", &["grown_windows_meet_whenever_shapes_are_near", "queries_are_those_over_all_edges"]),
-    ("polygon_pruning", &["queries_are_those_over_all_edges"]),
-    ("near_is_convex", &["within_reach_is_every_point", "cells_answer_as_the_index"]),
-    ("touches", &["touching_is_a_distance_of_nothing"]),
-    ("folds_back", &["triangles_and_quadrangles_are_rings_exactly_when_simple"]),
-    ("chord_slack", &["chords_leave_their_arc_by_no_more_than_the_slack"]),
-    ("swept_arc_pieces", &["what_is_clear_of_a_swept_arc_is_clear_of_its_ring"]),
-    ("swept_arc_rules", &["what_is_clear_of_a_swept_arc_is_clear_of_its_ring"]),
-    ("rounding", &["a_unit_more_covers_rounding_by_a_unit"]),
-    ("clip_prefix", &["clipped_motions_are_clear_prefixes", "prefixes_were_accepted"]),
-    ("in_flight_is_convex", &["admitted_jogs_keep_the_hull_clear"]),
-    ("levels_are_monotone", &["levels_are_monotone", "levels_hold_what_stands_above_the_tip"]),
-    ("lowest_height_suffices", &["jogs_are_clear_of_what_stands_above_the_lowest_height"]),
-    ("hull_is_one_polygon", &["hull_holds_its_points_and_no_others", "admitted_jogs_keep_the_hull_clear"]),
 ];
 
 /// Runs all engines except the solvers, and writes the page. `theorems` is the file that `prove --results`
@@ -138,7 +121,10 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
          - *Every*: every case whose points lie on a lattice of n × n points. Predicates run at narrow width.\n\
          - *Random*: cases from a fixed seed, at the width that ships. ± is the largest magnitude drawn; 2^29 is the \
          whole lattice.\n\
-         - *Premise met in*: the cases that meet the property's premise. The other cases prove nothing.\n\n\
+         - *Premise met in*: the cases that meet the property's premise. The other cases prove nothing.\n\
+         - *Carried by*: the engine that answers the same question for the most inputs, and why that one. The \
+         solver answers for all numbers, the model checker for every input within its bounds, and exploration for \
+         every order of messages within its bounds. `src/carried.rs` has the list.\n\n\
          All properties hold on the machine that wrote this page, in the stated time.",
         all.len()
     )?;
@@ -148,7 +134,7 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
             group = property.group;
             writeln!(
                 text,
-                "\n### {group}: `{}`\n\n| property | claim | every | random |\n|---|---|---|---|",
+                "\n### {group}: `{}`\n\n| property | claim | every | random | carried by |\n|---|---|---|---|---|",
                 property.source
             )?;
         }
@@ -159,7 +145,8 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
         }
         let every = outcome_cell(every.as_ref(), |side| format!("{0} × {0}", side + 1));
         let random = outcome_cell(random.as_ref(), magnitude);
-        writeln!(text, "| `{}` | {} | {every} | {random} |", property.name, property.claim)?;
+        let carrier = carried::by(property.name).map_or_else(String::new, Carrier::text);
+        writeln!(text, "| `{}` | {} | {every} | {random} | {carrier} |", property.name, property.claim)?;
     }
     Ok(())
 }
@@ -236,7 +223,7 @@ fn solved(text: &mut String, rows: &[TheoremRow], failed: &mut Vec<String>) -> s
         text,
         "\n### Theorems about the plane\n\n{} theorems are geometry. They give the reasons for the code, and \
          do not run it. The column *used by* names the theorems that rest on them, or the properties that \
-         test the code against them.\n\n\
+         they carry.\n\n\
          | theorem | claim | used by | rests on | questions, time | second: agreed, undecided | result |\n\
          |---|---|---|---|---|---|---|",
         plane.len(),
@@ -247,13 +234,13 @@ fn solved(text: &mut String, rows: &[TheoremRow], failed: &mut Vec<String>) -> s
     Ok(())
 }
 
-/// The theorems that rest on this one, and the properties that test the code against it.
+/// The theorems that rest on this one, and the properties that it carries.
 #[must_use]
 pub fn used_by(theorem: &str, rows: &[TheoremRow]) -> Vec<String> {
     let rests = |row: &&TheoremRow| row.rests_on.split(", ").any(|other| other == theorem);
-    let tied = TIED.iter().find(|(name, _)| *name == theorem).map_or(&[][..], |(_, properties)| properties);
+    let carried = carried::CARRIED.iter().filter(|(_, carrier)| carrier.has_theorem(theorem));
     let above = rows.iter().filter(rests).map(|row| format!("`{}`", row.theorem));
-    above.chain(tied.iter().map(|property| format!("property `{property}`"))).collect()
+    above.chain(carried.map(|(property, _)| format!("property `{property}`"))).collect()
 }
 
 fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
@@ -324,7 +311,8 @@ fn seeded(text: &mut String) -> std::fmt::Result {
          survived, {} are equivalent, {} were not decided in ten minutes, {} were not run. {} of these must be \
          noticed by the hostile simulation, too. {} are for ordinary tests. {} more are for the fuzz targets (`cargo \
          run -p keepout-fuzz --example seeded`), and are not listed here.\n\n\
-         | fault | file | properties, worlds and tests | hostile simulation |\n|---|---|---|---|",
+         | fault | file | properties, worlds and tests | model checker | hostile simulation |\n\
+         |---|---|---|---|---|",
         catalogue.len(),
         of(FaultEngine::Proofs).count(),
         count("noticed"),
@@ -341,13 +329,11 @@ fn seeded(text: &mut String) -> std::fmt::Result {
         let proofs = fate(fault, if tested { FaultEngine::Tests } else { FaultEngine::Proofs });
         let why = fault.equivalent.as_deref().filter(|_| proofs == equivalent);
         let proofs = why.map_or(proofs.clone(), |why| format!("{proofs}: {why}"));
-        let hostile = if fault.engines().contains(&FaultEngine::Hostile) {
-            fate(fault, FaultEngine::Hostile)
-        } else {
-            "–".into()
-        };
+        let asked =
+            |engine| if fault.engines().contains(&engine) { fate(fault, engine) } else { "–".into() };
+        let (model, hostile) = (asked(FaultEngine::Model), asked(FaultEngine::Hostile));
         let files: Vec<String> = fault.edits().map(|edit| format!("`{}`", edit.file.display())).collect();
-        writeln!(text, "| {} | {} | {proofs} | {hostile} |", fault.name, files[0])?;
+        writeln!(text, "| {} | {} | {proofs} | {model} | {hostile} |", fault.name, files[0])?;
     }
     Ok(())
 }
