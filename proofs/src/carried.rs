@@ -81,6 +81,7 @@ pub const CARRIED: &[(&str, Carrier)] = &[
         "polygons_of_many_corners_are_exact",
         Random("more corners than the solver takes; from there on by induction, see `convex_near_segment`"),
     ),
+    ("polygons_are_checked_at_every_side", ModelChecker(&["convex_polygons_are_asked_at_every_side"])),
     // Lattice.
     ("coordinates_are_those_within_the_bound", ModelChecker(&["coordinates_are_those_within_the_bound"])),
     ("points_move_by_vectors_or_say_so", ModelChecker(&["points_move_exactly_or_say_so"])),
@@ -202,6 +203,10 @@ pub const CARRIED: &[(&str, Carrier)] = &[
         ModelChecker(&["overrides_only_slow", "overrides_are_within_their_range"]),
     ),
     ("jogs_beyond_the_travel_are_refused", Random(REFUSALS)),
+    // Contours.
+    ("contours_end_after_their_last_motion", Exploration(&["contour", "contour, lines lost"])),
+    ("contours_begin_without_lines_in_flight", Random(REFUSALS)),
+    ("arcs_beyond_the_travel_are_refused", Random("a chain of chords with quotients")),
     // Reports.
     ("one_queue_length_is_no_evidence", Exploration(&["targets leave the set: time passes"])),
     (

@@ -149,6 +149,10 @@ pub fn off_hull(set: &[Xy], p: Xy) -> i64 {
         let of = [side(a, b, p), side(b, c, p), side(c, a, p)];
         of.iter().all(|&s| s > 0) || of.iter().all(|&s| s < 0)
     };
+    // Mostly the point is in the set, and then no edge need be asked.
+    if set.contains(&p) {
+        return 0;
+    }
     let mut least = i64::MAX;
     for (i, &a) in set.iter().enumerate() {
         for (j, &b) in set.iter().enumerate().skip(i) {
@@ -157,7 +161,10 @@ pub fn off_hull(set: &[Xy], p: Xy) -> i64 {
             }
             let edge = Segment { from: at(a), to: at(b) };
             let near = |r: i64| !edge.near_point(at(p), length(r)).is_clear();
-            let (mut beyond, mut reach) = (-1, 3 * RESOLUTION + STRAY + 4);
+            let (mut beyond, mut reach) = (0, 3 * RESOLUTION + STRAY + 4);
+            if near(0) {
+                return 0;
+            }
             if !near(reach) {
                 continue;
             }

@@ -290,7 +290,12 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
             world.name, seen.depth
         )?;
     }
-    Ok(())
+    writeln!(
+        text,
+        "\nThe worlds named \"pair\" combine each kind of fault with each other kind, except the pairs that \
+         assumption A-06 excludes: {}. A test shows that these defeat the evidence.",
+        worlds::pairs::exclusions()
+    )
 }
 
 fn seeded(text: &mut String) -> std::fmt::Result {

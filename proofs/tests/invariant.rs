@@ -62,6 +62,14 @@ fn duplicate_that_is_being_parsed_stays_in_the_set() {
     explore("lines and answers come twice", 1_000_000);
 }
 
+/// The assumptions exclude these pairs of faults. Each shows the reason.
+#[test]
+fn excluded_pairs_of_faults_defeat_the_evidence() {
+    for world in worlds::pairs::excluded() {
+        assert!(world.explore(worlds::STATES).violation.is_some(), "{}", world.name);
+    }
+}
+
 /// The assumptions exclude a line that both repeats and loses. The second model shows the reason.
 #[test]
 fn second_model_finds_a_violation_where_an_assumption_does_not_hold() {

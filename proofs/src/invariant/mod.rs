@@ -223,17 +223,15 @@ fn steps_to<E: Copy + Debug>(ways: &[(usize, Option<Step<E>>)], mut number: usiz
 
 impl<M: ControllerModel> Node<M> {
     fn key(&self, seeds: &[RandomState; 2]) -> (u64, u64) {
-        let key = || {
-            Key(
-                self.guard.state(),
-                &self.plant,
-                &self.queries,
-                self.now,
-                self.budget,
-                [self.ended, self.inside],
-            )
-        };
-        (seeds[0].hash_one(key()), seeds[1].hash_one(key()))
+        let key = Key(
+            self.guard.state(),
+            &self.plant,
+            &self.queries,
+            self.now,
+            self.budget,
+            [self.ended, self.inside],
+        );
+        (seeds[0].hash_one(&key), seeds[1].hash_one(&key))
     }
 
     fn time(&self) -> Time {

@@ -140,7 +140,7 @@ properties! {
         random 20_000;
 }
 
-const TRAVEL: i64 = 20_000;
+pub(super) const TRAVEL: i64 = 20_000;
 const MANUAL: i64 = 300;
 const FINISHING: i64 = 290;
 const RESOLUTION: i64 = 5;

@@ -3,6 +3,8 @@
 
 pub mod arcs;
 #[cfg(feature = "guard")]
+pub mod contours;
+#[cfg(feature = "guard")]
 pub mod dialects;
 #[cfg(feature = "guard")]
 pub mod guard;
@@ -39,6 +41,8 @@ pub fn all() -> Vec<&'static Property> {
         levels::ALL,
         #[cfg(feature = "guard")]
         guard::ALL,
+        #[cfg(feature = "guard")]
+        contours::ALL,
         #[cfg(feature = "guard")]
         reports::ALL,
         #[cfg(feature = "guard")]

@@ -2,12 +2,15 @@
 
 use std::iter::repeat_n;
 
+use keepout_kernel::Point;
+use keepout_kernel::exact::convex::Convex;
 use keepout_kernel::exact::predicate::{convex_holds, convex_segment};
 use keepout_kernel::exact::width::Product;
 
 use super::predicates::hull;
 use super::{FromPlain, Xy, exact};
 use crate::draw::Draw;
+use crate::families::at;
 use crate::oracle;
 use crate::property::{passed_over, properties};
 
@@ -22,6 +25,26 @@ properties! {
         => "polygon–segment and point in polygon, for up to fourteen corners: near exactly when some triangle of a \
             fan of its corners is";
         random 20_000;
+    polygons_are_checked_at_every_side |d| {
+        let points: Vec<Xy> = (0..14).map(|_| on_a_circle(d, 50)).collect();
+        polygons_are_checked_at_every_side(points, d.one_of(14), (d.int(-50, 50), d.int(-50, 50)))
+    }
+        => "a polygon is accepted exactly when every corner is left of every side or on it";
+        random 20_000;
+}
+
+/// Corners of a hull, of which one is exchanged for another point, against every corner and every side.
+fn polygons_are_checked_at_every_side(points: Vec<Xy>, index: usize, other: Xy) {
+    let mut corners = hull(points);
+    let of = corners.len();
+    if of < 3 {
+        return passed_over();
+    }
+    corners[index % of] = other;
+    let left = |[a, b]: [Xy; 2], c: Xy| (b.0 - a.0) * (c.1 - a.1) >= (b.1 - a.1) * (c.0 - a.0);
+    let convex = (0..of).all(|k| corners.iter().all(|&c| left([corners[k], corners[(k + 1) % of]], c)));
+    let lattice: Vec<Point> = corners.iter().copied().map(at).collect();
+    assert_eq!(Convex::check(&lattice).is_some(), convex, "{corners:?}");
 }
 
 /// A point on a circle, to a unit.

@@ -1,6 +1,7 @@
 //! The worlds that the exploration visits, with their bounds.
 
 mod heights;
+pub mod pairs;
 
 use crate::controller::{MotionModel, Trouble};
 use crate::invariant::World;
@@ -75,7 +76,7 @@ const CONTOUR: World = World {
 /// All worlds.
 #[must_use]
 pub fn all() -> Vec<World> {
-    [heights::all(), lines(), times(), machines(), errors(), contours()].concat()
+    [heights::all(), lines(), times(), machines(), errors(), contours(), pairs::all()].concat()
 }
 
 fn with(name: &'static str, budget: [u8; 4], trouble: Trouble) -> World {

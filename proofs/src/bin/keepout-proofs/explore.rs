@@ -6,7 +6,7 @@ use std::time::Instant;
 use keepout_campaigns::{ItemOutcome, ShardOptions, ShardRecord};
 use keepout_proofs::invariant::World;
 use keepout_proofs::second_controller::SecondController;
-use keepout_proofs::worlds;
+use keepout_proofs::worlds::{self, pairs};
 
 /// The worlds to explore, and the limit.
 #[derive(Debug, clap::Args)]
@@ -42,13 +42,24 @@ impl Explore {
 
     fn explore(&self, worlds: Vec<World>) -> std::io::Result<bool> {
         let mut record = super::begin(&self.shard, &[])?;
+        let (mut pairs, mut complete) = (0, 0);
         for world in self.shard.shard.part(worlds) {
-            self.explore_one(&world, &mut record);
+            let holds = self.explore_one(&world, &mut record);
+            let pair = pairs::is_pair(&world);
+            pairs += usize::from(pair);
+            complete += usize::from(pair && holds);
+        }
+        if pairs > 0 {
+            println!(
+                "pairs of faults: {complete} of {pairs} hold in all states; excluded by A-06: {}",
+                pairs::exclusions()
+            );
         }
         super::finish(record)
     }
 
-    fn explore_one(&self, world: &World, record: &mut ShardRecord) {
+    /// Returns whether the world holds and was explored completely.
+    fn explore_one(&self, world: &World, record: &mut ShardRecord) -> bool {
         let begin = Instant::now();
         let explored = if self.second {
             world.explore_with::<SecondController>(self.states)
@@ -79,5 +90,6 @@ impl Explore {
         for (name, count) in [("states", states), ("steps", steps)] {
             record.total(name, u64::try_from(count).unwrap_or(u64::MAX));
         }
+        holds
     }
 }
