@@ -3,7 +3,7 @@
 //! All switched faults of `proofs/faults.toml` go into a copy of the tree. The program of a fault's
 //! target gets the fault's number, reads the corpus and the inputs that once failed, and then has a
 //! minute on one core. The fault counts as found when an input fails with the expected text, and passes
-//! without the fault.
+//! without the fault. The answers go to the table of faults, `proofs/results/faults.tsv`.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -13,7 +13,8 @@ use std::time::{Duration, Instant};
 use std::{fs, thread};
 
 use keepout_fuzz::{TARGETS, corpus};
-use keepout_proofs::faults::{self, Fuzz, tree};
+use keepout_proofs::faults::results::{self, FaultFate, FaultRow};
+use keepout_proofs::faults::{self, FaultEngine, Fuzz, tree};
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -45,7 +46,14 @@ fn main() -> Outcome<()> {
         if !chosen.is_empty() && !chosen.contains(target) {
             continue;
         }
+        let begin = Instant::now();
         let found = finds(&programs.join(target), number, &folder, fuzz)?;
+        results::keep(FaultRow::new(
+            fault,
+            FaultEngine::Fuzz,
+            found.fate(target),
+            begin.elapsed().as_secs(),
+        ))?;
         missed += usize::from(matches!(found, Found::Not | Found::Otherwise));
         println!("{target}\t{found}\t{}", fault.name);
     }
@@ -99,6 +107,15 @@ enum Found {
     /// What failed fails without it, too, or says something else.
     Otherwise,
     Not,
+}
+
+impl Found {
+    fn fate(&self, target: &str) -> FaultFate {
+        match self {
+            Self::Reading(_) | Self::Fuzzing(_) => FaultFate::Noticed(vec![target.into()]),
+            Self::Otherwise | Self::Not => FaultFate::Survived,
+        }
+    }
 }
 
 impl std::fmt::Display for Found {

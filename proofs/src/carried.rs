@@ -115,6 +115,7 @@ pub const CARRIED: &[(&str, Carrier)] = &[
         "what_is_clear_of_a_swept_arc_is_clear_of_its_ring",
         Theorems(&["swept_arc_pieces", "swept_arc_rules", "swept_arc_corner"]),
     ),
+    ("what_touches_a_piece_of_an_arc_is_near", Theorems(&["swept_arc_rules", "chord_slack"])),
     ("weights_and_counts_are_checked", ModelChecker(&["weights_are_in_their_range"])),
     (
         "what_follows_a_line_is_within_the_slack",
@@ -207,6 +208,11 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("contours_end_after_their_last_motion", Exploration(&["contour", "contour, lines lost"])),
     ("contours_begin_without_lines_in_flight", Random(REFUSALS)),
     ("arcs_beyond_the_travel_are_refused", Random("a chain of chords with quotients")),
+    (
+        "starts_beside_the_simplified_outline_are_inside",
+        Exploration(&["ways out", "ways out of a coarser part"]),
+    ),
+    ("no_thirteenth_line_goes_out", Random("more lines than exploration reaches")),
     // Reports.
     ("one_queue_length_is_no_evidence", Exploration(&["targets leave the set: time passes"])),
     (

@@ -1,6 +1,6 @@
 //! TRUSTED. The guard: it keeps the in-flight set, and it alone makes [`Certified`] motions.
 //!
-//! Implements SR-07, SR-08, SR-09, SR-10, SR-11, SR-15.
+//! Implements SR-07, SR-08, SR-09, SR-10, SR-11, SR-14, SR-15.
 //!
 //! **Jogging.** The in-flight set holds the confirmed position of the tool and every target that the
 //! controller may still execute (`in_flight.rs`). The guard admits a new target only if the hull of the set

@@ -49,6 +49,10 @@ properties! {
         => "a chord that is reported clear of an arc is farther than t from every point of the arc's \
             ring; the arc's box holds these points";
         random 10_000;
+    what_touches_a_piece_of_an_arc_is_near |d|
+        what_touches_a_piece_of_an_arc_is_near(d.int(5, 8000), d.int(0, 8000), d.int(0, 1000), d.coin())
+        => "a chord square to the ray through the middle of an arc's piece, at distance t from the arc, is near at t";
+        random 20_000;
     weights_and_counts_are_checked |d|
         weights_and_counts_are_checked(d.int(0, 20), d.int(0, 20), (1 << d.int(0, 41)) + d.int(-1, 1))
         => "control points and weights make a curve exactly when there are 2 to 16 of each and the \
@@ -215,6 +219,18 @@ fn what_is_clear_of_a_swept_arc_is_clear_of_its_ring(
         }
         at_point = quarter;
     }
+}
+
+/// A quarter of the circle of radius 13 `k`, in two pieces of 45°. The point (12 k, 5 k) is on it, at 22.6°.
+fn what_touches_a_piece_of_an_arc_is_near(k: i64, out: i64, half: i64, left: bool) {
+    let ends = [(13 * k, 0), (0, 13 * k)];
+    let [from, to] = if left { ends } else { [ends[1], ends[0]] };
+    let arc = Arc::new(at(from), at(to), at((0, 0)), turn(left)).expect("a quarter of a circle");
+    let Some(swept) = SweptArc::of(&arc) else { return passed_over() };
+    let foot = (12 * (k + out), 5 * (k + out));
+    let end = |sign: i64| at((foot.0 - sign * 5 * half, foot.1 + sign * 12 * half));
+    let chord = Segment { from: end(1), to: end(-1) };
+    assert!(!swept.near_chord(chord, length(13 * out)).is_clear(), "{k} {out} {half} {left}");
 }
 
 fn weights_and_counts_are_checked(points: i64, weights: i64, weight: i64) {

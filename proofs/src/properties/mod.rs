@@ -19,6 +19,8 @@ pub mod predicates;
 #[cfg(feature = "guard")]
 pub mod reports;
 pub mod rings;
+#[cfg(feature = "guard")]
+pub mod starts;
 
 use keepout_kernel::exact::predicate::Site;
 use keepout_kernel::exact::width::{Lattice, Narrow, Product};
@@ -43,6 +45,8 @@ pub fn all() -> Vec<&'static Property> {
         guard::ALL,
         #[cfg(feature = "guard")]
         contours::ALL,
+        #[cfg(feature = "guard")]
+        starts::ALL,
         #[cfg(feature = "guard")]
         reports::ALL,
         #[cfg(feature = "guard")]

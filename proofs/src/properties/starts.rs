@@ -1,0 +1,68 @@
+//! The guard: where a tool may start, and how many lines may be in flight.
+
+use std::sync::Arc;
+
+use keepout_guard::{Guard, HeightRules, Interpolation, OnCancel, Refusal, Rules, Time};
+use keepout_kernel::Point;
+use keepout_kernel::exact::segment::Window;
+
+use super::guard::feedback;
+use crate::controller::RESOLUTION;
+use crate::families::{at, length};
+use crate::property::properties;
+use crate::square::{self, FINISHING, MANUAL};
+
+properties! {
+    "guard: starts", "executor/guard/src/lib.rs";
+    // Evidence for SR-14.
+    starts_beside_the_simplified_outline_are_inside |d|
+        starts_beside_the_simplified_outline_are_inside(d.int(0, 60), d.int(-200, -1), d.int(0, 400))
+        => "a tool that rests beside the part is inside the jogging clearance exactly when the part or its simplified \
+            outline is within that distance; from there no jog is admitted, and a retract move is";
+        random 20_000;
+    // Evidence for SR-07.
+    no_thirteenth_line_goes_out |d| no_thirteenth_line_goes_out(d.int(4, 200))
+        => "while twelve lines are in flight, no other is admitted";
+        random 1_000;
+}
+
+/// A square whose simplified outline is larger by `coarser` on each side.
+fn beside(coarser: i64) -> Guard {
+    let rules = Rules {
+        travel: Window::of(at((-5000, -5000))).including(at((5000, 5000))),
+        jogging_clearance: length(MANUAL),
+        finishing_clearance: length(FINISHING),
+        resolution: length(RESOLUTION),
+        shortest: length(4),
+        interpolation: Interpolation::Linear,
+        on_cancel: OnCancel::NotOffered,
+        contours: Interpolation::Linear,
+        checked: true,
+        heights: HeightRules::TWO_AXES,
+    };
+    Guard::new(Arc::new(square::square(0)), Arc::new(square::square(coarser)), rules)
+}
+
+fn starts_beside_the_simplified_outline_are_inside(coarser: i64, x: i64, y: i64) {
+    let mut guard = beside(coarser);
+    guard.locate(at((x, y)).in_plane()).expect("it is beside the part");
+    let inside = -x <= MANUAL + coarser;
+    assert_eq!(guard.is_inside_jogging_clearance(), inside, "{coarser} {x} {y}");
+    let away = at((x - 300, y)).in_plane();
+    assert_eq!(guard.admissions().admit(away).is_ok(), !inside, "{coarser} {x} {y}");
+    assert_eq!(guard.admissions().admit_retract(away).is_ok(), inside, "{coarser} {x} {y}");
+}
+
+/// Jogs along a line. The controller acknowledges and reads each, and has executed none.
+fn no_thirteenth_line_goes_out(step: i64) {
+    let mut guard = beside(0);
+    let place = |k: i64| -> Point { at((-4000 + k * step, 0)) };
+    guard.locate(place(0).in_plane()).expect("it is beside the part");
+    for (k, queued) in (1..=12).zip(1..) {
+        guard.jog(place(k).in_plane(), 600).expect("fewer than twelve are in flight");
+        guard.acknowledged().expect("one line");
+        let stamp = guard.stamp(Time::ZERO);
+        guard.reported(&feedback(place(0), false, queued), stamp, Time::ZERO).expect("it has not moved");
+    }
+    assert_eq!(guard.jog(place(13).in_plane(), 600).map(drop), Err(Refusal::Full), "{step}");
+}
