@@ -23,7 +23,8 @@ properties! {
         => "while a jog is in flight, no contour begins, and no position is taken as that of a tool at rest";
         random 5_000;
     // Evidence for SR-15.
-    arcs_beyond_the_travel_are_refused |d| arcs_beyond_the_travel_are_refused(d.int(300, 2000), d.int(-100, 299), d.coin())
+    arcs_beyond_the_travel_are_refused |d|
+        arcs_beyond_the_travel_are_refused(d.int(300, 2000), d.int(-100, 299), d.coin())
         => "an arc whose ends lie in the travel is certified only if the curve does, to the bound of its chords";
         random 5_000;
 }
