@@ -205,12 +205,15 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ),
     ("jogs_beyond_the_travel_are_refused", Random(REFUSALS)),
     // Contours.
-    ("contours_end_after_their_last_motion", Exploration(&["contour", "contour, lines lost"])),
+    (
+        "contours_end_after_their_last_motion",
+        Random("contours that come back to their end, which no world has"),
+    ),
     ("contours_begin_without_lines_in_flight", Random(REFUSALS)),
     ("arcs_beyond_the_travel_are_refused", Random("a chain of chords with quotients")),
     (
         "starts_beside_the_simplified_outline_are_inside",
-        Exploration(&["ways out", "ways out of a coarser part"]),
+        Random("places and outlines of many sizes; each world begins at one place"),
     ),
     ("no_thirteenth_line_goes_out", Random("more lines than exploration reaches")),
     // Reports.

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use keepout_guard::{HeightRules, Interpolation, OnCancel, Rules};
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Height, HeightField, Levels, Place, ProhibitedRegion, Region, Ring, Segment, Side};
 
@@ -26,6 +27,23 @@ pub const CLAMP_TOP: i64 = 120;
 pub const TABLE: i64 = -200;
 /// Height margin: it contains the resolution.
 pub const HEIGHT_MARGIN: i64 = 5;
+
+/// The rules of a guard beside the square, on a machine with two axes.
+#[must_use]
+pub fn rules(interpolation: Interpolation, checked: bool) -> Rules {
+    Rules {
+        travel: Window::of(at((-5000, -5000))).including(at((5000, 5000))),
+        jogging_clearance: length(MANUAL),
+        finishing_clearance: length(FINISHING),
+        resolution: length(RESOLUTION),
+        shortest: length(4),
+        interpolation,
+        on_cancel: OnCancel::KeepsPath,
+        contours: interpolation,
+        checked,
+        heights: HeightRules::TWO_AXES,
+    }
+}
 
 /// The square without a top, enlarged by `by` lattice units on each side: the simplified outline that jogging
 /// asks.

@@ -292,8 +292,8 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
     }
     writeln!(
         text,
-        "\nThe worlds named \"pair\" combine each kind of fault with each other kind, except the pairs that \
-         assumption A-06 excludes: {}. A test shows that these defeat the evidence.",
+        "\nThe worlds named \"pair\" combine each kind of fault with each other kind, except these, \
+         which assumption A-06 excludes: {}. A test shows that these defeat the evidence.",
         worlds::pairs::exclusions()
     )
 }

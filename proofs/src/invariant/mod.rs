@@ -29,11 +29,10 @@ use keepout_guard::{
     Certification, ContourMotion, DRAIN, Guard, HeightRules, Interpolation, OnCancel, PositionFeedback,
     QueryStamp, Rules, State as GuardState, Time,
 };
-use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Curve, Levels, Segment};
 
 use crate::controller::{MachineModel, MotionModel, RESOLUTION, Trouble};
-use crate::families::{at, length};
+use crate::families::length;
 use crate::model::ControllerModel;
 use crate::properties::Xyz;
 use crate::square::{self, FINISHING, HEIGHT_MARGIN, MANUAL, height, place, plain_place};
@@ -136,16 +135,9 @@ impl World {
     fn guard(&self, part: &Arc<Levels>) -> Guard {
         let interpolation = if self.drive.apart { Interpolation::Independent } else { Interpolation::Linear };
         let rules = Rules {
-            travel: Window::of(at((-5000, -5000))).including(at((5000, 5000))),
-            jogging_clearance: length(MANUAL),
-            finishing_clearance: length(FINISHING),
-            resolution: length(RESOLUTION),
-            shortest: length(4),
-            interpolation,
             on_cancel: if self.drive.strays { OnCancel::MayStray } else { OnCancel::KeepsPath },
-            contours: interpolation,
-            checked: self.checked,
             heights: self.heights(),
+            ..square::rules(interpolation, self.checked)
         };
         let mut guard = Guard::new(Arc::clone(part), Arc::new(self.levels(self.coarser)), rules);
         guard.learn_of_cancels(guard.rules().on_cancel, Some(QUICK));

@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
-use keepout_guard::{Guard, HeightRules, Interpolation, OnCancel, Refusal, Rules, Time};
+use keepout_guard::{Guard, Interpolation, Refusal, Time};
 use keepout_kernel::Point;
-use keepout_kernel::exact::segment::Window;
 
 use super::guard::feedback;
-use crate::controller::RESOLUTION;
-use crate::families::{at, length};
+use crate::families::at;
 use crate::property::properties;
-use crate::square::{self, FINISHING, MANUAL};
+use crate::square::{self, MANUAL};
 
 properties! {
     "guard: starts", "executor/guard/src/lib.rs";
@@ -28,18 +26,7 @@ properties! {
 
 /// A square whose simplified outline is larger by `coarser` on each side.
 fn beside(coarser: i64) -> Guard {
-    let rules = Rules {
-        travel: Window::of(at((-5000, -5000))).including(at((5000, 5000))),
-        jogging_clearance: length(MANUAL),
-        finishing_clearance: length(FINISHING),
-        resolution: length(RESOLUTION),
-        shortest: length(4),
-        interpolation: Interpolation::Linear,
-        on_cancel: OnCancel::NotOffered,
-        contours: Interpolation::Linear,
-        checked: true,
-        heights: HeightRules::TWO_AXES,
-    };
+    let rules = square::rules(Interpolation::Linear, true);
     Guard::new(Arc::new(square::square(0)), Arc::new(square::square(coarser)), rules)
 }
 

@@ -4,12 +4,13 @@ use super::{JOGS, NORTH, QUIET, WEST};
 use crate::controller::Trouble;
 use crate::invariant::World;
 
-/// Two jogs over the pairs of faults that the assumptions permit at once.
+/// Two jogs over the pairs of faults that the guard withstands. A loss with a copy is one of them within these bounds,
+/// although assumption A-06 excludes it.
 pub(super) fn all() -> Vec<World> {
-    PERMITTED.iter().map(world).collect()
+    WITHSTOOD.iter().map(world).collect()
 }
 
-/// The same over the pairs that assumption A-06 excludes. Each of them defeats the evidence.
+/// The same over the other pairs that assumption A-06 excludes. Each of them defeats the evidence.
 #[must_use]
 pub fn excluded() -> Vec<World> {
     EXCLUDED.iter().map(world).collect()
@@ -18,7 +19,7 @@ pub fn excluded() -> Vec<World> {
 /// Whether the world combines two kinds of faults for the sake of their combination.
 #[must_use]
 pub fn is_pair(world: &World) -> bool {
-    PERMITTED.iter().any(|(name, _)| *name == world.name)
+    WITHSTOOD.iter().any(|(name, _)| *name == world.name)
 }
 
 /// The pairs that the assumptions exclude, in words.
@@ -34,7 +35,7 @@ fn world(&(name, trouble): &(&'static str, Trouble)) -> World {
 }
 
 // Evidence for SR-08, SR-10.
-const PERMITTED: &[(&str, Trouble)] = &[
+const WITHSTOOD: &[(&str, Trouble)] = &[
     ("pair: a loss and a copy", Trouble { lost: 1, doubled: 1, ..QUIET }),
     ("pair: a loss and a swap", Trouble { lost: 1, swapped: 1, ..QUIET }),
     ("pair: a loss and an old report", Trouble { lost: 1, lies: 1, ..QUIET }),
