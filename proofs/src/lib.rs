@@ -39,6 +39,8 @@ pub mod invariant;
 pub mod model;
 #[cfg(feature = "tools")]
 pub mod model_check;
+#[cfg(feature = "tools")]
+pub mod mutants;
 pub mod oracle;
 pub mod properties;
 pub mod property;

@@ -3,6 +3,7 @@
 mod explore;
 mod faults;
 mod model_check;
+mod mutants;
 mod prove;
 mod soak;
 mod trace;
@@ -38,6 +39,8 @@ enum Command {
     Faults(faults::SeededFaults),
     /// Give the harnesses to the bounded model checker CBMC: all inputs within stated bounds.
     ModelCheck(model_check::ModelCheck),
+    /// Keep the outcomes of cargo-mutants, and write the page of mutants.
+    Mutants(mutants::KeepMutants),
     /// Run all engines except the solvers, and write the assurance table, `proofs/README.md`.
     Table(write::Table),
     /// Write the pages of the safety trace, and list its gaps.
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Command::Soak(soak) => soak.run(),
         Command::Faults(faults) => faults.run(),
         Command::ModelCheck(check) => check.run(),
+        Command::Mutants(mutants) => mutants.run(),
         Command::Table(table) => table.run(),
         Command::Trace(trace) => trace.run(),
     }
