@@ -71,7 +71,7 @@ fn with_figures(u: &mut Unstructured<'_>) -> arbitrary::Result<String> {
         2 => vec![400.0, 350.0, two[0]],
         _ => vec![400.0],
     };
-    text.push_str(&format!("travel_mm = {travel:?}\n"));
+    text.push_str(&format!("travel_mm = {travel:?}\ncontour_error_source = \"stated: fuzz\"\n"));
     Ok(text)
 }
 

@@ -20,6 +20,7 @@
 pub mod align;
 mod chord;
 pub mod contour;
+mod contour_error;
 pub mod depth;
 pub mod drawing;
 pub mod file;

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+pub use crate::contour_error::{ContourErrorSource, ContourErrorSourceError};
 use crate::file::{FileError, FileKind};
 use crate::text_file;
 
@@ -39,9 +40,8 @@ pub struct MachineProfile {
     pub repeatability_mm: f64,
     /// Largest distance of the true path from the commanded one in motion, mm.
     pub contour_error_mm: f64,
-    /// Source of that figure. `keepout drives budget` writes it.
-    #[serde(default)]
-    pub contour_error_source: Option<String>,
+    /// How that figure was obtained.
+    pub contour_error_source: ContourErrorSource,
     /// Speed at which the controller starts the spindle at the operator's command, rpm. Without it nobody but the
     /// operator switches the spindle.
     #[serde(default)]
@@ -141,8 +141,8 @@ impl ControllerProfile {
 }
 
 /// Source of the simulated machine's contour error. A test of the executor computes the figure again.
-const SIMULATED_CONTOUR: &str = "servo budget: drives of the simulated machine, contouring MPC with \
-    observer, 3600 mm/min, 12000 by hand, speeding up by 1000 mm/s², gain ±5 %, time constant ±5 %";
+const SIMULATED_CONTOUR: &str = "drives budget: drives of the simulated machine, contouring MPC with observer, 3600 \
+    mm/min, 12000 by hand, speeding up by 1000 mm/s², gain ±5 %, time constant ±5 %, up to 0 samples late";
 
 /// Reason why a machine profile is refused.
 #[derive(Debug, Error)]
@@ -192,8 +192,8 @@ impl MachineProfile {
             report_digit_mm: 0.001,
             arc_tolerance_mm: 0.000_5,
             repeatability_mm: 0.004,
-            contour_error_mm: 0.011_3,
-            contour_error_source: Some(SIMULATED_CONTOUR.into()),
+            contour_error_mm: 0.009_5,
+            contour_error_source: ContourErrorSource::Modelled(SIMULATED_CONTOUR.into()),
             spindle_rpm: None,
             z: None,
             controller: None,
@@ -241,10 +241,10 @@ impl MachineProfile {
     /// [`MachineError::Figure`] for the first figure that is out of range; [`MachineError::Text`] for a
     /// text with control characters.
     pub fn checked(self) -> Result<Self, MachineError> {
-        let firmware = self.controller.as_ref().map(|controller| &controller.firmware);
+        let firmware = self.controller.as_ref().map(|controller| controller.firmware.as_str());
         for (field, text) in [
-            ("name", Some(&self.name)),
-            ("contour_error_source", self.contour_error_source.as_ref()),
+            ("name", Some(self.name.as_str())),
+            ("contour_error_source", Some(self.contour_error_source.details())),
             ("firmware", firmware),
         ] {
             if text.is_some_and(|text| text.contains(char::is_control)) {
@@ -286,11 +286,28 @@ mod tests {
 
     #[test]
     fn profile_is_read_as_it_was_written() {
-        let source = Some("servo budget: \"drives\", 900 mm/min".to_string());
-        let profile = MachineProfile { contour_error_source: source, ..MachineProfile::simulated() };
-        assert_eq!(toml::from_str::<MachineProfile>(&profile.to_toml()).unwrap(), profile);
-        let bare = MachineProfile { contour_error_source: None, ..profile };
-        assert_eq!(toml::from_str::<MachineProfile>(&bare.to_toml()).unwrap(), bare);
+        let details = "drives budget: \"drives\", 900 mm/min".to_string();
+        for source in [ContourErrorSource::Measured, ContourErrorSource::Modelled, ContourErrorSource::Stated]
+        {
+            let source = source(details.clone());
+            let profile =
+                MachineProfile { contour_error_source: source, ..MachineProfile::simulated_three_axes() };
+            assert_eq!(toml::from_str::<MachineProfile>(&profile.to_toml()).unwrap(), profile);
+        }
+    }
+
+    #[test]
+    fn contour_error_without_its_source_is_refused() {
+        let text = MachineProfile::simulated().to_toml();
+        let without: String = text
+            .lines()
+            .filter(|line| !line.starts_with("contour_error_source"))
+            .map(|line| format!("{line}\n"))
+            .collect();
+        for text in [without.clone(), format!("{without}contour_error_source = \"a guess\"\n")] {
+            let error = MachineProfile::parse(Path::new("any.toml"), &text).expect_err("nobody said how");
+            assert!(error.to_string().contains("contour_error_source"), "{error}");
+        }
     }
 
     /// Found by the fuzzer: a profile with a step of a million kilometres was accepted.

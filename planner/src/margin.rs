@@ -200,9 +200,9 @@ fn rounding(machine: &MachineProfile, placed: bool) -> Vec<MarginTerm> {
 
 /// Terms for the machine's own errors.
 fn own_errors(machine: &MachineProfile) -> [MarginTerm; 2] {
-    let source = machine.contour_error_source.as_deref().unwrap_or("machine profile");
+    let source = machine.contour_error_source.to_string();
     [
-        term(TermKind::ContourError, machine.contour_error_mm, source),
+        term(TermKind::ContourError, machine.contour_error_mm, &source),
         term(TermKind::Repeatability, machine.repeatability_mm, "machine profile"),
     ]
 }
@@ -291,6 +291,7 @@ impl std::fmt::Display for Budget {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::ContourErrorSource;
 
     #[test]
     fn terms_add_up_and_round_up() {
@@ -326,9 +327,9 @@ mod tests {
 
     #[test]
     fn contour_error_names_its_source() {
-        let source = "servo budget: these drives, 900 mm/min";
-        let machine =
-            MachineProfile { contour_error_source: Some(source.into()), ..MachineProfile::simulated() };
+        let source = ContourErrorSource::Measured("circular test of 22 May".into());
+        let machine = MachineProfile { contour_error_source: source, ..MachineProfile::simulated() };
+        let source = "measured: circular test of 22 May";
         let budget = Budget::of(&machine, None, false).unwrap();
         let term = budget.terms.iter().find(|term| term.kind == TermKind::ContourError).unwrap();
         assert_eq!((term.source.as_str(), term.mm), (source, machine.contour_error_mm));

@@ -6,10 +6,9 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use keepout_drives::budget::{BudgetRequest, ContourErrorBudget, budget};
-use keepout_drives::controllers::kind::Kind;
 use keepout_drives::metrics::figure;
 use keepout_drives::profile::DriveProfile;
-use keepout_planner::machine::MachineProfile;
+use keepout_planner::machine::{ContourErrorSource, MachineProfile};
 
 use super::CliError;
 use super::plan::{given, refuse_same, write};
@@ -33,9 +32,6 @@ pub struct BudgetArguments {
     /// is used.
     #[arg(long, value_name = "MM_MIN")]
     by_hand: Option<f64>,
-    /// The controller.
-    #[arg(long, default_value = "contouring", value_name = "NAME", value_parser = kind)]
-    controller: Kind,
     /// Machine profile that the output copies, with this term. Without it, the output copies the simulated
     /// machine's.
     #[arg(long, value_name = "FILE", requires = "output")]
@@ -43,13 +39,6 @@ pub struct BudgetArguments {
     /// Output file of the machine profile, TOML.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-}
-
-fn kind(text: &str) -> Result<Kind, String> {
-    Kind::named(text).ok_or_else(|| {
-        let names: Vec<_> = Kind::ALL.iter().map(|kind| kind.names().0).collect();
-        format!("unknown controller: choose one of {}", names.join(", "))
-    })
 }
 
 pub fn drives(command: &DrivesCommand) -> Result<ExitCode, CliError> {
@@ -93,29 +82,18 @@ fn work_out(arguments: &BudgetArguments) -> Result<ExitCode, CliError> {
         (Some(mm_min), Some(_)) => Some(speed("--by-hand", mm_min)?),
         (None, top) => top,
     };
-    let question = BudgetRequest {
-        kind: arguments.controller,
-        feed_mm_s: speed("--feed", arguments.feed)?,
-        by_hand_mm_s,
-    };
+    let question = BudgetRequest { feed_mm_s: speed("--feed", arguments.feed)?, by_hand_mm_s };
     suits(&profile, &question, arguments)?;
     let bar = bar();
     let found = budget(&profile, &question, &mut show(&bar));
     bar.finish_and_clear();
-    let Some(found) = found else {
-        let reason = format!(
-            "{} with {} diverges, so it has no contour-error term: choose another controller or profile",
-            profile.name,
-            question.kind.names().1
-        );
-        return Err(CliError::Argument(reason));
-    };
+    let found = found.map_err(|error| CliError::Argument(error.to_string()))?;
     print!("{}", summary(&found));
     if let Some(output) = &arguments.output {
         let machine = machine_of(arguments)?;
         let machine = MachineProfile {
             contour_error_mm: found.term_mm,
-            contour_error_source: Some(found.source),
+            contour_error_source: ContourErrorSource::Modelled(found.source),
             ..machine
         };
         if arguments.machine_profile.is_none() {
@@ -194,8 +172,10 @@ fn suits(
 }
 
 fn summary(found: &ContourErrorBudget) -> String {
-    let mut lines =
-        vec![format!("{:<36} {:>9} {:>9}   signs of the worst", "contour error, µm, max", "exact", "worst")];
+    let mut lines = vec![format!(
+        "{:<36} {:>9} {:>9}   signs of the worst, and samples late",
+        "contour error, µm, at most", "exact", "worst"
+    )];
     for finding in &found.findings {
         let sign = |sign: f64| {
             if sign > 0.0 {
@@ -208,10 +188,11 @@ fn summary(found: &ContourErrorBudget) -> String {
         };
         let [kx, tx, ky, ty] = finding.signs.map(sign);
         lines.push(format!(
-            "{:<36} {:>9} {:>9}   K {kx}{ky} tau {tx}{ty}",
+            "{:<36} {:>9} {:>9}   K {kx}{ky} tau {tx}{ty}, {} late",
             finding.path,
             figure(finding.exact.max),
-            figure(finding.worst.max)
+            figure(finding.worst.max),
+            finding.delay
         ));
     }
     lines.push(format!("contour error {:.4} mm: {}", found.term_mm, found.source));

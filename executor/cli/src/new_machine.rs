@@ -10,7 +10,7 @@ use keepout_executor::session::RealClock;
 use keepout_executor::session::serial::Serial;
 use keepout_kernel::Vector;
 use keepout_planner::Mm2;
-use keepout_planner::machine::{ControllerProfile, MachineProfile, ZProfile};
+use keepout_planner::machine::{ContourErrorSource, ControllerProfile, MachineProfile, ZProfile};
 use keepout_planner::text_file;
 
 use super::CliError;
@@ -179,7 +179,7 @@ impl Questions {
             contour_error_mm,
             z: None,
             spindle_rpm: None,
-            contour_error_source: Some("stated by hand with keepout machine new".into()),
+            contour_error_source: ContourErrorSource::Stated("with keepout machine new".into()),
             controller: Some(ControllerProfile {
                 firmware: text_file::shown(
                     &stated.and_then(|stated| stated.firmware.clone()).unwrap_or_default(),

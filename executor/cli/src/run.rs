@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
 
-use keepout_drives::controllers::kind::Kind;
+use keepout_drives::budget::BudgetError;
 use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::Operator;
@@ -19,7 +19,6 @@ use keepout_planner::job::Progress;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::CertifiedPlan;
 use keepout_planner::units::point_from_mm;
-use keepout_sim::ServoConfig;
 use keepout_sim::session::{Link, Scene, SimRun, run_scene};
 
 use super::align::placed;
@@ -153,20 +152,24 @@ fn simulation(arguments: &RunArguments, plan: &CertifiedPlan, limit: Duration) -
 }
 
 /// The drives of a simulated machine, from a profile. The name `none` gives no drives.
-pub fn drives(name: &str) -> Result<Option<ServoConfig>, CliError> {
+pub fn drives(name: &str) -> Result<Option<DriveProfile>, CliError> {
     if name == "none" {
         return Ok(None);
     }
-    Ok(Some(ServoConfig { profile: DriveProfile::load(name)?, kind: Kind::Contouring }))
+    let profile = DriveProfile::load(name)?;
+    if profile.controller.is_none() {
+        return Err(CliError::Argument(BudgetError::NoController(profile.name).to_string()));
+    }
+    Ok(Some(profile))
 }
 
 /// The note for a run whose drives are not the drives of the plan's margin.
 fn note_of_drives(plan: &CertifiedPlan, run: &SimRun) -> Option<String> {
-    let name = &run.servo.as_ref()?.profile.name;
-    let source = plan.plan.machine.contour_error_source.as_deref().unwrap_or("the machine profile alone");
-    (!source.contains(name.as_str())).then(|| {
+    let name = &run.servo.as_ref()?.name;
+    let source = &plan.plan.machine.contour_error_source;
+    (!source.details().contains(name.as_str())).then(|| {
         format!(
-            "the contour error in the plan's margin is of {source}, but the drives \"{name}\" move the tool: \
+            "the contour error in the plan's margin is {source}. But the drives \"{name}\" move the tool: \
              it may come nearer to the part than the margin allows. --drives none leaves the drives out"
         )
     })

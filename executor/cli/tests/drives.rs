@@ -16,6 +16,8 @@ fn text(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
+const TABLE_2: &str = include_str!("../../../planner/drives/src/machines/koren-lo-table-2.toml");
+
 fn plan_with(machine: &str, plan: &str) -> Output {
     let tool = ["--tool-diameter", "6", "--machine-profile", machine];
     keepout(&[&["plan", &bracket(), "-o", plan, "--overwrite"], &tool[..]].concat())
@@ -25,8 +27,10 @@ fn plan_with(machine: &str, plan: &str) -> Output {
 fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     let folder = folder("drives-budget");
     let machine = folder.join("mill.toml").display().to_string();
-    let budget =
-        ["drives", "budget", "koren-lo-table-2", "--feed", "754", "--controller", "ccc", "-o", &machine];
+    let drives = folder.join("drives.toml").display().to_string();
+    let named = TABLE_2.replacen("whole_numbers = true", "whole_numbers = true\ncontroller = \"ccc\"", 1);
+    std::fs::write(&drives, named).unwrap();
+    let budget = ["drives", "budget", &drives, "--feed", "754", "-o", &machine];
     let output = keepout(&budget);
     assert_eq!(code(&output), 0, "{}", complaint(&output));
     assert!(complaint(&output).contains("no [interpolator]"), "{}", complaint(&output));
@@ -43,7 +47,7 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     assert!(term.contains(source) && term.contains(figure), "{line}\n{term}");
     let verified = keepout(&["verify", &plan]);
     assert_eq!(code(&verified), 0, "{}", complaint(&verified));
-    // A profile without the source of its figure is still valid.
+    // A profile that does not say how its figure was obtained is refused.
     let bare: String = text(Path::new(&machine))
         .lines()
         .filter(|line| !line.contains("source"))
@@ -52,8 +56,7 @@ fn budget_goes_into_a_machine_profile_and_a_plan_names_it() {
     let bare_profile = folder.join("bare.toml").display().to_string();
     std::fs::write(&bare_profile, bare).unwrap();
     let planned = plan_with(&bare_profile, &plan);
-    assert_eq!(code(&planned), 0, "{}", complaint(&planned));
-    assert_eq!(code(&keepout(&["verify", &plan])), 0);
+    assert!(complaint(&planned).contains("contour_error_source"), "{}", complaint(&planned));
     assert!(source.contains("Koren & Lo, Table 2") && source.contains("754 mm/min"), "{source}");
     // The budget can overwrite the profile that it wrote.
     let again = keepout(&[budget.as_slice(), &["--machine-profile", &machine]].concat());
@@ -89,7 +92,8 @@ fn wrong_arguments_of_drives_are_named_and_write_no_file() {
     let to = folder.join("out").display().to_string();
     let fast = keepout_planner::machine::MachineProfile::simulated().to_toml().replace("1000.0", "8000.0");
     let fast = file("fast.toml", &fast);
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 8] = [
+        (&["budget", "koren-lo-table-2", "--feed", "900", "-o", &to], "names no controller"),
         (&["budget", "koren-lo-table-1", "--feed", "0"], "--feed 0"),
         (&["budget", "koren-lo-table-1", "--feed", "900", "--by-hand", "900"], "--by-hand"),
         (&["budget", "simulated", "--feed", "900", "--machine-profile", &fast, "-o", &to], "would not hold"),

@@ -431,7 +431,7 @@ fn doctor_sends_only_queries() {
         &fine,
         "name = \"fine\"\ntravel_mm = [400.0, 350.0]\nmax_rate_mm_s = 100.0\nacceleration_mm_s2 = 500.0\n\
          steps_per_mm = 1000.0\nreport_digit_mm = 0.001\narc_tolerance_mm = 0.0005\nrepeatability_mm = \
-         0.002\n contour_error_mm = 0.001\n",
+         0.002\n contour_error_mm = 0.001\ncontour_error_source = \"measured: circular test\"\n",
     )
     .unwrap();
     let mut machine = shop.machine(&[]);

@@ -159,7 +159,8 @@ impl DescribedSim {
         if self.settings.is_beyond(to) {
             return Err(3);
         }
-        if self.fault || !self.homed || self.plant.is_homing() || self.plant.is_busy() && !description.queues {
+        if self.fault || !self.homed || self.plant.is_homing() || self.plant.is_busy() && !description.queues
+        {
             return Err(2);
         }
         match (centre, description.contours) {

@@ -54,7 +54,7 @@ pub use grbl_documented::DocumentedGrbl;
 use keepout_executor::dialect::DialectName;
 pub use line::Wire;
 pub use machine::{PositioningError, SimMachine, VirtualPort};
-pub use servo_drive::{ServoConfig, ServoDrive};
+pub use servo_drive::ServoDrive;
 pub use venus::VenusSim;
 pub use zaber::ZaberSim;
 

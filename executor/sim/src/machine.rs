@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::port::{Port, PortError};
 use keepout_executor::session::{Sample, SampleKind};
@@ -13,7 +14,7 @@ use super::controller::{Disturbance, SimulatedController};
 use super::line::Wire;
 use super::servo_drive::ServoDrive;
 use crate::faults::Faults;
-use crate::{ServoConfig, SimSettings, speaking};
+use crate::{SimSettings, speaking};
 
 /// A machine at the end of a serial line.
 #[derive(Debug)]
@@ -131,7 +132,7 @@ impl SimMachine {
         dialect: &DialectName,
         (baud, latency): (u32, Duration),
         seed: u64,
-        servo: Option<&ServoConfig>,
+        servo: Option<&DriveProfile>,
     ) -> Self {
         let MachineProfile { repeatability_mm, steps_per_mm, z, .. } = &settings.machine;
         let error =

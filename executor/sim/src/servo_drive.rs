@@ -6,34 +6,14 @@ use std::time::Duration;
 
 use keepout_drives::Axes;
 use keepout_drives::controllers::Controller;
-use keepout_drives::controllers::kind::Kind;
 use keepout_drives::controllers::selection::Environment;
 use keepout_drives::plant::{Load, Plant};
-use keepout_drives::profile::{DriveProfile, DriveProfileError};
+use keepout_drives::profile::DriveProfile;
 use keepout_drives::reference::ReferenceWindow;
 use keepout_drives::stream::Stream;
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 use keepout_planner::{Mm2, Mm3};
-
-/// The drives and their controller.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ServoConfig {
-    /// The drives.
-    pub profile: DriveProfile,
-    /// Their controller.
-    pub kind: Kind,
-}
-
-impl ServoConfig {
-    /// The drives of the built-in simulated machine.
-    ///
-    /// # Errors
-    /// [`DriveProfileError`] if the built-in drive profile is invalid.
-    pub fn simulated() -> Result<Self, DriveProfileError> {
-        Ok(Self { profile: DriveProfile::load("simulated")?, kind: Kind::Contouring })
-    }
-}
 
 /// Two drives and their controller in motion.
 #[derive(Debug)]
@@ -63,9 +43,11 @@ pub struct ServoDrive {
 const SETTLED: u32 = 2000;
 
 impl ServoDrive {
-    /// Drives at rest at `start_mm`, machine coordinates. `None` if the controller does not suit the drives.
+    /// Drives at rest at `start_mm`, machine coordinates. `None` if the profile names no controller, or one that does
+    /// not suit its drives.
     #[must_use]
-    pub fn new(ServoConfig { profile, kind }: &ServoConfig, start_mm: Mm2) -> Option<Self> {
+    pub fn new(profile: &DriveProfile, start_mm: Mm2) -> Option<Self> {
+        let kind = profile.controller?;
         let environment = Environment::of_hand(profile);
         let controller = kind.built(&profile.setting(environment))?;
         let preview = kind.preview();
@@ -185,7 +167,7 @@ mod tests {
     use super::*;
 
     fn drive() -> ServoDrive {
-        ServoDrive::new(&ServoConfig::simulated().unwrap(), Mm2::new(10.0, 20.0)).unwrap()
+        ServoDrive::new(&DriveProfile::simulated().unwrap(), Mm2::new(10.0, 20.0)).unwrap()
     }
 
     fn sample(ms: u64, x: f64, kind: SampleKind) -> Sample {

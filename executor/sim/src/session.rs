@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Operator;
 #[cfg(unix)]
@@ -29,7 +30,7 @@ use thiserror::Error;
 
 use crate::monitor::CollisionMonitor;
 use crate::start::{check_start, comes_from_home};
-use crate::{ServoConfig, SimMachine, SimSettings, VirtualPort};
+use crate::{SimMachine, SimSettings, VirtualPort};
 
 /// The link to the simulated machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +47,7 @@ pub struct SimRun {
     /// The machine.
     pub machine: MachineProfile,
     /// The feed drives. Without them, the tool is always at its commanded position.
-    pub servo: Option<ServoConfig>,
+    pub servo: Option<DriveProfile>,
     /// The link.
     pub link: Link,
     /// The controller's dialect.
@@ -75,7 +76,7 @@ impl Default for SimRun {
     fn default() -> Self {
         Self {
             machine: MachineProfile::simulated(),
-            servo: ServoConfig::simulated().ok(),
+            servo: DriveProfile::simulated().ok(),
             link: Link::Virtual,
             dialect: DialectName::Grbl,
             baud: 115_200,

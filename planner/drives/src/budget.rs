@@ -1,16 +1,19 @@
 //! The contour-error term of a plan's margin.
 //!
-//! It is the largest contour error of the drives and their controller, over typical parts of a contour and
-//! over the errors of the drive model.
+//! It bounds the contour error of the drives and the controller that they run: over typical parts of a contour, over the
+//! errors of the drive model, over delays that the controller does not know, between the samples, and until the tool
+//! rests.
 
 use super::Axes;
 use super::controllers::kind::Kind;
+use thiserror::Error;
+
 use super::controllers::selection::Environment;
 use super::metrics::Spread;
 use super::path::Path;
 use super::profile::{DriveProfile, Interpolator};
 use super::reference::{Ramp, Reference};
-use super::run::{Cutting, Task};
+use super::run::{Cutting, RunOutcome, Task};
 use crate::interpolated::interpolated;
 use keepout_planner::Mm2;
 
@@ -31,13 +34,46 @@ pub fn sign_patterns() -> [[f64; 4]; 17] {
 pub struct PathFinding {
     /// Description of the path.
     pub path: String,
-    /// RMS and largest contour error with an exact model, µm.
+    /// RMS contour error at the samples and bound on the largest one at any time, µm, with an exact model.
     pub exact: Spread,
-    /// RMS and largest contour error over all models within the uncertainty, µm. The two may come from
-    /// different models.
+    /// The same over all models within the uncertainty and all delays. The two may come from different models.
     pub worst: Spread,
     /// Signs of the model errors with the largest contour error: gain and time constant of X, then of Y.
     pub signs: [f64; 4],
+    /// Delay with the largest contour error that the controller does not know, samples.
+    pub delay: f64,
+}
+
+/// Reason why there is no budget.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum BudgetError {
+    /// The profile names no controller.
+    #[error(
+        "{0} names no controller, so nobody knows what its drives do. State the one that they really run, \
+         with its gains: controller = \"pid\", say"
+    )]
+    NoController(String),
+    /// The controller does not exist for these drives.
+    #[error("{profile} cannot run {controller}: its gains have no solution. Correct the profile.")]
+    NotBuilt {
+        /// The profile.
+        profile: String,
+        /// Its controller.
+        controller: &'static str,
+    },
+    /// The error grows without bound.
+    #[error(
+        "{profile} with {controller} diverges on \"{path}\", with the errors of the model and the delays that were \
+         stated. Correct the gains or the uncertainty."
+    )]
+    Diverges {
+        /// The profile.
+        profile: String,
+        /// Its controller.
+        controller: &'static str,
+        /// The path.
+        path: String,
+    },
 }
 
 /// The contour-error term and its derivation.
@@ -54,14 +90,16 @@ pub struct ContourErrorBudget {
 /// The request for a budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BudgetRequest {
-    /// The controller.
-    pub kind: Kind,
     /// Feed along the contour, mm/s.
     pub feed_mm_s: f64,
     /// Largest jog speed, mm/s. Without it, the budget covers the finishing feed only.
     pub by_hand_mm_s: Option<f64>,
 }
 
+/// Shares of the largest delay that the controller does not know.
+const DELAY_SHARES: [f64; 3] = [0.0, 0.5, 1.0];
+/// Looks at the position between two samples.
+const LOOKS: u32 = 8;
 /// Radii of the bends that represent all bends of a path, mm: sharp fillets to wide arcs.
 const RADII_MM: [f64; 5] = [0.1, 0.5, 2.0, 5.0, 20.0];
 /// Sagitta of a chord, mm.
@@ -87,76 +125,97 @@ fn leg_mm(speed_mm_s: f64, interpolator: &Interpolator) -> f64 {
     5.0 + speed_mm_s * speed_mm_s / interpolator.acceleration_mm_s2
 }
 
-/// Computes the budget. `None` if this controller does not exist for these drives, or if it diverges.
+/// Computes the budget of the controller that the profile names.
 ///
 /// Calls `progress` with the number of finished paths and the number of all paths.
-#[must_use]
+///
+/// # Errors
+/// [`BudgetError`] if the profile names no controller, or the controller does not exist for these drives, or diverges.
 pub fn budget(
     profile: &DriveProfile,
     question: &BudgetRequest,
     progress: &mut dyn FnMut(usize, usize),
-) -> Option<ContourErrorBudget> {
+) -> Result<ContourErrorBudget, BudgetError> {
+    let kind = profile.controller.ok_or_else(|| BudgetError::NoController(profile.name.clone()))?;
     let mut tasks = match &profile.interpolator {
         Some(interpolator) => interpolated_tasks(profile, interpolator, question),
         None => plain_tasks(profile, question.feed_mm_s),
     };
     for (_, task) in &mut tasks {
-        if profile.cutting.bits > 0.0 {
-            let angle = profile.cutting.angle_deg.to_radians();
-            task.cutting = Some(Cutting { bits: profile.cutting.bits, at_feed: task.feed, angle });
-        }
+        // A jog that is faster than the contour crosses air.
+        let up_to_feed = question.feed_mm_s * profile.pulses_per_mm;
+        task.cutting = profile.cutting().map(|cutting| Cutting { up_to_feed, ..cutting });
     }
     let count = tasks.len();
     let mut findings = Vec::new();
     for (number, (path, task)) in tasks.into_iter().enumerate() {
         progress(number, count);
-        findings.push(finding(profile, question.kind, path, &task)?);
-    }
-    if findings.iter().any(|finding| !finding.worst.max.is_finite()) {
-        return None;
+        findings.push(finding(profile, kind, path, &task)?);
     }
     let worst = findings.iter().map(|finding| finding.worst.max).fold(0.0, f64::max);
     let term_mm = (worst * 10.0).ceil() / 10_000.0;
-    Some(ContourErrorBudget { source: source(profile, question), findings, term_mm })
+    Ok(ContourErrorBudget { source: source(profile, kind, question), findings, term_mm })
 }
 
 /// The description of the term.
-fn source(profile: &DriveProfile, question: &BudgetRequest) -> String {
+fn source(profile: &DriveProfile, kind: Kind, question: &BudgetRequest) -> String {
     let by_hand =
         question.by_hand_mm_s.map_or(", no jogging".into(), |speed| format!(", {:.0} by hand", speed * 60.0));
     let how = profile.interpolator.map_or(", at once".into(), |interpolator| {
         format!(", speeding up by {} mm/s²", interpolator.acceleration_mm_s2)
     });
     format!(
-        "servo budget: {}, {}, {:.0} mm/min{by_hand}{how}, gain ±{} %, time constant ±{} %",
+        "drives budget: {}, {}, {:.0} mm/min{by_hand}{how}, gain ±{} %, time constant ±{} %, up to {} samples late",
         profile.name,
-        question.kind.names().1,
+        kind.names().1,
         question.feed_mm_s * 60.0,
         profile.uncertainty.gain * 100.0,
-        profile.uncertainty.time_constant * 100.0
+        profile.uncertainty.time_constant * 100.0,
+        profile.uncertainty.delay_samples
     )
 }
 
-fn finding(profile: &DriveProfile, kind: Kind, path: String, task: &Task) -> Option<PathFinding> {
+/// RMS at the samples, and the bound on the largest error at any time, µm.
+fn spread(outcome: &RunOutcome, profile: &DriveProfile) -> Spread {
+    let figures = &outcome.figures;
+    Spread { rms: figures.contour.rms, max: figures.largest }.times(profile.um())
+}
+
+fn finding(
+    profile: &DriveProfile,
+    kind: Kind,
+    path: String,
+    task: &Task,
+) -> Result<PathFinding, BudgetError> {
     let environment = Environment::of(task, profile.uncertainty.largest());
-    let mut found: Option<PathFinding> = None;
-    for signs in sign_patterns() {
-        let mut setting = profile.setting(environment);
-        setting.belief = setting.belief.off_by(profile.uncertainty, signs);
-        let mut controller = kind.built(&setting)?;
-        let contour = task.run(controller.as_mut()).figures.contour.times(profile.um());
-        let best = found.get_or_insert_with(|| PathFinding {
-            path: path.clone(),
-            exact: contour,
-            worst: contour,
-            signs,
-        });
-        if contour.max > best.worst.max {
-            best.signs = signs;
+    let mut found =
+        PathFinding { path, exact: Spread::default(), worst: Spread::default(), signs: [0.0; 4], delay: 0.0 };
+    let mut delays = DELAY_SHARES.map(|share| share * profile.uncertainty.delay_samples).to_vec();
+    delays.dedup();
+    for delay in delays {
+        let late = task.later(delay);
+        for signs in sign_patterns() {
+            let mut setting = profile.setting(environment);
+            setting.belief = setting.belief.off_by(profile.uncertainty, signs);
+            let mut controller = kind.built(&setting).ok_or_else(|| BudgetError::NotBuilt {
+                profile: profile.name.clone(),
+                controller: kind.names().1,
+            })?;
+            let spread = spread(&late.run_in_parts(controller.as_mut(), LOOKS), profile);
+            if !spread.max.is_finite() {
+                let (profile, controller) = (profile.name.clone(), kind.names().1);
+                return Err(BudgetError::Diverges { profile, controller, path: found.path });
+            }
+            if signs == [0.0; 4] && delay == 0.0 {
+                found.exact = spread;
+            }
+            if spread.max > found.worst.max {
+                (found.signs, found.delay) = (signs, delay);
+            }
+            found.worst = found.worst.worse(spread);
         }
-        best.worst = best.worst.worse(contour);
     }
-    found
+    Ok(found)
 }
 
 /// A line, a circle in both directions and a corner, at constant feed from the first sample on, as in the
@@ -246,21 +305,49 @@ mod tests {
     /// On the paper's machine, the term is the largest error of all four paths, rounded up.
     #[test]
     fn budget_is_the_worst_of_its_paths() {
-        let profile = DriveProfile::load("koren-lo-table-1").unwrap();
-        let question = BudgetRequest { kind: Kind::Ccc, feed_mm_s: 15.0, by_hand_mm_s: None };
+        let mut profile = DriveProfile::load("koren-lo-table-1").unwrap();
+        profile.controller = Some(Kind::Ccc);
         let mut total = 0;
-        let found = budget(&profile, &question, &mut |_, of| total = of).unwrap();
+        let found = budget(&profile, &QUESTION, &mut |_, of| total = of).unwrap();
         assert_eq!((found.findings.len(), total), (4, 4));
         let worst = found.findings.iter().map(|finding| finding.worst.max).fold(0.0, f64::max);
         assert!(found.term_mm * 1000.0 >= worst && found.term_mm * 1000.0 < worst + 0.11);
         assert!(found.findings.iter().all(|finding| finding.worst.max >= finding.exact.max));
     }
 
+    const QUESTION: BudgetRequest = BudgetRequest { feed_mm_s: 15.0, by_hand_mm_s: None };
+
+    #[test]
+    fn profile_without_a_controller_has_no_budget() {
+        let profile = DriveProfile::load("koren-lo-table-1").unwrap();
+        let error = budget(&profile, &QUESTION, &mut |_, _| {}).unwrap_err();
+        assert_eq!(error, BudgetError::NoController(profile.name));
+    }
+
     #[test]
     fn diverging_controller_has_no_budget() {
         let mut profile = DriveProfile::load("koren-lo-table-1").unwrap();
         profile.gains.proportional = 1e6;
-        let question = BudgetRequest { kind: Kind::P, feed_mm_s: 15.0, by_hand_mm_s: None };
-        assert_eq!(budget(&profile, &question, &mut |_, _| {}), None);
+        profile.controller = Some(Kind::P);
+        let error = budget(&profile, &QUESTION, &mut |_, _| {}).unwrap_err();
+        assert!(matches!(error, BudgetError::Diverges { .. }), "{error}");
+    }
+
+    /// The bound holds at a hundred looks in each sample, and is not much more.
+    #[test]
+    fn bound_covers_what_happens_between_samples() {
+        let profile = DriveProfile::load("simulated").unwrap();
+        let interpolator = profile.interpolator.unwrap();
+        let request = BudgetRequest { feed_mm_s: 15.0, by_hand_mm_s: None };
+        let (_, mut task) = interpolated_tasks(&profile, &interpolator, &request).swap_remove(1);
+        task.cutting = profile.cutting();
+        let run = |parts| {
+            let setting = profile.setting(Environment::of(&task, 0.05));
+            let mut controller = Kind::Pid.built(&setting).unwrap();
+            task.run_in_parts(controller.as_mut(), parts).figures.largest
+        };
+        let (samples, few, many) = (run(1), run(LOOKS), run(128));
+        assert!(few >= many * 0.999_9 && few <= many * 1.05, "{samples} {few} {many}");
+        assert!(many >= samples);
     }
 }

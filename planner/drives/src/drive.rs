@@ -121,6 +121,14 @@ impl Loop {
         (a0 * smooth(0) + a1 * smooth(1) + a2 * smooth(2)) / ((b0 + b1) * (b0 + b1))
     }
 
+    /// The position of the loop with the reference [`Loop::zero_phase`]: `B(z⁻¹)·B(z)/B(1)²`, eq. (13).
+    #[must_use]
+    pub fn zero_phase_output(&self, wanted: impl Fn(isize) -> f64) -> f64 {
+        let [b0, b1] = self.zeros;
+        let beside = wanted(-1) + wanted(1);
+        ((b0 * b0 + b1 * b1) * wanted(0) + b0 * b1 * beside) / ((b0 + b1) * (b0 + b1))
+    }
+
     /// Lag behind a ramp, samples.
     #[must_use]
     pub fn lag(&self) -> f64 {

@@ -17,6 +17,8 @@ pub struct Moment {
     pub contour_error: f64,
     /// Distance of the table past a corner, pulses.
     pub overshoot: f64,
+    /// Distance of the table past the end of the path, pulses.
+    pub past_end: f64,
 }
 
 impl Moment {
@@ -30,6 +32,7 @@ impl Moment {
             position,
             contour_error: foot.distance(position),
             overshoot: path.overshoot(position, &foot, reference.number),
+            past_end: path.past_end(position, &foot),
         }
     }
 }
@@ -70,14 +73,14 @@ impl Spread {
 }
 
 /// The larger of two values. NaN counts as larger than any number.
-fn larger(a: f64, b: f64) -> f64 {
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// Summary of a run. Lengths in pulses.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
-    /// Contour error, from the first sample on.
+    /// Contour error, from the first sample on until the reference comes to the end of the path.
     pub contour: Spread,
     /// Contour error without the first [`TRANSIENT_S`] seconds.
     pub settled: Spread,
@@ -85,6 +88,13 @@ pub struct Figures {
     pub axial: f64,
     /// Largest overshoot past a corner.
     pub overshoot: f64,
+    /// Distance from the path after the reference came to its end: from then on until the end of the run.
+    pub run_out: Spread,
+    /// Largest overshoot past the end of the path, in its direction.
+    pub stop_overshoot: f64,
+    /// Largest distance from the path at any time, between samples and in the run-out, too: an upper bound. It is at the
+    /// samples only when the run looked no more often.
+    pub largest: f64,
     /// Share of the commands that the amplifier clipped.
     pub saturation_share: f64,
 }
@@ -93,17 +103,23 @@ pub struct Figures {
 pub const TRANSIENT_S: f64 = 0.5;
 
 impl Figures {
-    /// Summarises all samples of a run.
+    /// Summarises a run. `moving` are the samples until the reference came to the end of the path, `after` the
+    /// samples from then on.
     #[must_use]
-    pub fn of(moments: &[Moment], saturation_share: f64) -> Self {
+    pub fn of(moving: &[Moment], after: &[Moment], largest: f64, saturation_share: f64) -> Self {
         let errors = |from_s: f64| {
-            moments.iter().filter(move |moment| moment.at_s >= from_s).map(|moment| moment.contour_error)
+            moving.iter().filter(move |moment| moment.at_s >= from_s).map(|moment| moment.contour_error)
         };
+        let most =
+            |moments: &[Moment], figure: fn(&Moment) -> f64| moments.iter().map(figure).fold(0.0, larger);
         Self {
             contour: Spread::of(errors(0.0)),
             settled: Spread::of(errors(TRANSIENT_S)),
-            axial: moments.iter().map(|moment| (moment.reference - moment.position).amax()).fold(0.0, larger),
-            overshoot: moments.iter().map(|moment| moment.overshoot).fold(0.0, larger),
+            axial: most(moving, |moment| (moment.reference - moment.position).amax()),
+            overshoot: most(moving, |moment| moment.overshoot),
+            run_out: Spread::of(after.iter().map(|moment| moment.contour_error)),
+            stop_overshoot: most(after, |moment| moment.past_end),
+            largest,
             saturation_share,
         }
     }

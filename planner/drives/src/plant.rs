@@ -47,8 +47,10 @@ pub struct PlantModel {
     pub limit: Option<f64>,
     /// Whether encoders count whole pulses and commands are whole bits.
     pub whole_numbers: bool,
-    /// Delay of a command, samples: at most [`MOST_DELAY`].
+    /// Delay of a command, whole samples: at most [`MOST_DELAY`].
     pub delay_samples: usize,
+    /// The rest of the delay, as a share of a sample: from 0 to below 1.
+    pub delay_share: f64,
 }
 
 /// The longest delay, samples.
@@ -59,7 +61,7 @@ impl PlantModel {
     #[must_use]
     pub fn ideal(drives: [Drive; 2], period_s: f64) -> Self {
         let axes = drives.map(|drive| Axis { drive, friction: Friction::None, backlash: 0.0 });
-        Self { axes, period_s, limit: None, whole_numbers: false, delay_samples: 0 }
+        Self { axes, period_s, limit: None, whole_numbers: false, delay_samples: 0, delay_share: 0.0 }
     }
 
     /// The two drives.
@@ -85,6 +87,8 @@ pub struct Plant {
     motors: [DriveMotion; 2],
     table: Axes,
     late: [Axes; MOST_DELAY],
+    /// The command that acted last.
+    acted: Axes,
     steps: u64,
     saturated: u64,
 }
@@ -99,6 +103,7 @@ impl Plant {
             motors: [motor(position.x), motor(position.y)],
             table: position,
             late: [Axes::zeros(); MOST_DELAY],
+            acted: Axes::zeros(),
             steps: 0,
             saturated: 0,
         }
@@ -132,16 +137,65 @@ impl Plant {
 
     /// Advances by one period under a constant `command`, bits.
     pub fn step(&mut self, command: Axes, load: &Load) {
-        let command = self.acting(command);
+        self.step_in_parts(command, load, 1, |_, _| {});
+    }
+
+    /// Advances by one period under a constant `command`, bits, in `parts` equal parts. Calls `look` after each part with
+    /// the plant and with the largest acceleration of the motors in it, pulses/s².
+    pub fn step_in_parts(
+        &mut self,
+        command: Axes,
+        load: &Load,
+        parts: u32,
+        mut look: impl FnMut(&Self, f64),
+    ) {
+        let before = self.acted;
+        let next = self.acting(command);
+        let (period_s, part_s) = (self.model.period_s, self.model.period_s / f64::from(parts));
+        let change_s = self.model.delay_share * period_s;
+        for part in 0..parts {
+            let begin_s = f64::from(part) * part_s;
+            let late_s = (change_s - begin_s).clamp(0.0, part_s);
+            let mut fastest = 0.0_f64;
+            for (command, seconds) in [(before, late_s), (next, part_s - late_s)] {
+                if seconds > 0.0 {
+                    fastest = fastest.max(self.largest_acceleration(command, load));
+                    self.go_on(command, load, seconds);
+                    fastest = fastest.max(self.largest_acceleration(command, load));
+                }
+            }
+            look(self, fastest);
+        }
+        self.acted = next;
+    }
+
+    /// Advances under a constant net command.
+    fn go_on(&mut self, command: Axes, load: &Load, seconds: f64) {
         for (index, axis) in self.model.axes.iter().enumerate() {
             let net = command[index] - load.cutting[index];
             let motor = &mut self.motors[index];
-            *motor = axis.moved(*motor, net, load.reference_velocity[index], self.model.period_s);
+            *motor = axis.moved(*motor, net, load.reference_velocity[index], seconds);
             let play = axis.backlash / 2.0;
             // After a divergence the bounds are not ordered, and the position is NaN.
             let (low, high) = (motor.position - play, motor.position + play);
             self.table[index] = if low <= high { self.table[index].clamp(low, high) } else { f64::NAN };
         }
+    }
+
+    /// A bound on the acceleration under a command, pulses/s²: `(|v| + K·(|u − d| + friction))/tau`, for both axes
+    /// together. It is not less at any time before the speed is farther from zero.
+    fn largest_acceleration(&self, command: Axes, load: &Load) -> f64 {
+        let on = |index: usize| {
+            let axis = &self.model.axes[index];
+            let friction = match axis.friction {
+                Friction::None => 0.0,
+                Friction::Reference(level) => level,
+                Friction::Stick { coulomb, .. } => coulomb,
+            };
+            let bits = (command[index] - load.cutting[index]).abs() + friction;
+            (self.motors[index].velocity.abs() + axis.drive.gain * bits) / axis.drive.time_constant_s
+        };
+        f64::hypot(on(0), on(1))
     }
 
     /// The command that acts in this period: rounded, clipped and delayed.

@@ -8,11 +8,12 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::controllers::Belief;
-use super::controllers::kind::Setting;
+use super::controllers::kind::{Kind, Setting};
 use super::controllers::law::PidGains;
 use super::controllers::selection::Environment;
 use super::drive::Drive;
 use super::plant::{Axis, Friction, MOST_DELAY, PlantModel};
+use super::run::Cutting;
 
 /// Two feed drives with their amplifiers, encoders, loads and controller gains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,10 +39,12 @@ pub struct DriveProfile {
     pub x: AxisProfile,
     /// The Y drive.
     pub y: AxisProfile,
-    /// The cutting force.
-    #[serde(default)]
-    pub cutting: CuttingProfile,
-    /// Gains of the paper's controllers.
+    /// The cutting force. Without it, no force acts.
+    pub cutting: Option<CuttingProfile>,
+    /// The controller that the drives really run, with the gains below. Without it nobody knows, and no margin
+    /// can be computed.
+    pub controller: Option<Kind>,
+    /// Gains of the controllers.
     pub gains: Gains,
     /// Uncertainty of the gains and time constants.
     #[serde(default)]
@@ -69,12 +72,14 @@ pub struct AxisProfile {
     pub backlash_mm: f64,
 }
 
-/// The cutting force of eq. (4).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// The cutting force of eqs. (2) to (4).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CuttingProfile {
-    /// Force at the programmed feed, bits.
+    /// Force at the feed `at_feed_mm_min`, bits.
     pub bits: f64,
+    /// Feed at which the force was stated, mm/min. At other feeds it follows eq. (2).
+    pub at_feed_mm_min: f64,
     /// Angle between force and tangent, degrees.
     pub angle_deg: f64,
 }
@@ -99,6 +104,14 @@ pub struct Uncertainty {
     pub gain: f64,
     /// Deviation of the time constants.
     pub time_constant: f64,
+    /// Largest delay that the controller does not know, samples. One by default: a command is computed while the
+    /// sample goes on.
+    #[serde(default = "one_sample")]
+    pub delay_samples: f64,
+}
+
+fn one_sample() -> f64 {
+    1.0
 }
 
 impl Uncertainty {
@@ -112,7 +125,7 @@ impl Uncertainty {
 impl Default for Uncertainty {
     /// "Modeling errors of 2% to 5% or even higher in some parameters are more realistic" (section 7.1).
     fn default() -> Self {
-        Self { gain: 0.05, time_constant: 0.05 }
+        Self { gain: 0.05, time_constant: 0.05, delay_samples: one_sample() }
     }
 }
 
@@ -172,6 +185,14 @@ pub const BUILT_IN: [(&str, &str); 5] = [
 ];
 
 impl DriveProfile {
+    /// The drives of the built-in simulated machine.
+    ///
+    /// # Errors
+    /// [`DriveProfileError`] if the built-in profile is invalid.
+    pub fn simulated() -> Result<Self, DriveProfileError> {
+        Self::load("simulated")
+    }
+
     /// Loads a built-in profile by its name, or a profile from a TOML file.
     ///
     /// # Errors
@@ -209,10 +230,9 @@ impl DriveProfile {
             ("period_s", self.period_s, (1e-5, 1.0)),
             ("limit_bits", self.limit_bits.unwrap_or(1.0), (1e-6, 1e9)),
             ("delay_samples", delay, (0.0, MOST_DELAY_F)),
-            ("cutting.bits", self.cutting.bits, (0.0, 1e9)),
-            ("cutting.angle_deg", self.cutting.angle_deg, (-360.0, 360.0)),
             ("uncertainty.gain", self.uncertainty.gain, (0.0, 0.9)),
             ("uncertainty.time_constant", self.uncertainty.time_constant, (0.0, 0.9)),
+            ("uncertainty.delay_samples", self.uncertainty.delay_samples, (0.0, 1.0)),
             ("gains.proportional", self.gains.proportional, (1e-9, 1e9)),
         ];
         let names = [
@@ -241,6 +261,11 @@ impl DriveProfile {
             figures.push((proportional, law.proportional, (1e-9, 1e9)));
             figures.push((integral, law.integral, (0.0, 1e9)));
             figures.push((derivative, law.derivative, (0.0, 1e9)));
+        }
+        if let Some(cutting) = self.cutting {
+            figures.push(("cutting.bits", cutting.bits, (0.0, 1e9)));
+            figures.push(("cutting.at_feed_mm_min", cutting.at_feed_mm_min, (1.0, 600_000.0)));
+            figures.push(("cutting.angle_deg", cutting.angle_deg, (-360.0, 360.0)));
         }
         if let Some(interpolator) = self.interpolator {
             figures.push(("acceleration_mm_s2", interpolator.acceleration_mm_s2, (1e-3, 1e6)));
@@ -272,6 +297,7 @@ impl DriveProfile {
             limit: self.limit_bits,
             whole_numbers: self.whole_numbers,
             delay_samples: self.delay_samples,
+            delay_share: 0.0,
         }
     }
 
@@ -279,7 +305,8 @@ impl DriveProfile {
     #[must_use]
     pub fn belief(&self) -> Belief {
         let Self { period_s, limit_bits: limit, whole_numbers, delay_samples, .. } = *self;
-        let load_bits = (4.0 * self.x.coulomb_bits.max(self.y.coulomb_bits)).max(self.cutting.bits).max(1.0);
+        let cutting = self.cutting.map_or(0.0, |cutting| cutting.bits);
+        let load_bits = (4.0 * self.x.coulomb_bits.max(self.y.coulomb_bits)).max(cutting).max(1.0);
         Belief { drives: self.drives(), period_s, limit, whole_numbers, delay_samples, load_bits }
     }
 
@@ -287,6 +314,17 @@ impl DriveProfile {
     #[must_use]
     pub fn setting(&self, environment: Environment) -> Setting {
         Setting { belief: self.belief(), gains: self.gains, environment, round: None }
+    }
+
+    /// The cutting force in the plant's units.
+    #[must_use]
+    pub fn cutting(&self) -> Option<Cutting> {
+        self.cutting.map(|cutting| Cutting {
+            bits: cutting.bits,
+            at_feed: self.feed(cutting.at_feed_mm_min / 1000.0),
+            up_to_feed: f64::INFINITY,
+            angle: cutting.angle_deg.to_radians(),
+        })
     }
 
     /// Length of a pulse, µm.

@@ -111,8 +111,8 @@ pub struct ReferenceWindow<'a> {
 }
 
 impl<'a> ReferenceWindow<'a> {
-    /// A window on `samples`, with number `now` as the current one. Beyond its two ends the reference stands
-    /// still.
+    /// A window on `samples`, with number `now` as the current one. Beyond their two ends the reference stands
+    /// still. `now` may lie after their end.
     ///
     /// # Panics
     /// If `samples` is empty.
@@ -168,7 +168,8 @@ impl Reference {
                 length - ramp.distance(feed, (lasts - t).max(0.0))
             }
         };
-        let count = (lasts / period_s).floor() as usize + 1;
+        // The last sample is at the end of the path.
+        let count = (lasts / period_s).ceil() as usize + 1;
         let sample = |index: usize| {
             let t = (index as f64 - AT_REST as f64) * period_s;
             let along = distance(t);

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use fastrand::Rng;
+use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::{DialectConfig, DialectName};
 use keepout_executor::operator::Operator;
 use keepout_executor::session::log::{Header, LogError, LogWriter};
@@ -24,8 +25,8 @@ use keepout_planner::{Mm2, Mm3};
 use keepout_sim::faults::Faults;
 use keepout_sim::monitor::{CollisionMonitor, JoggingRule, Verdict};
 use keepout_sim::{
-    Disturbance, DocumentedGrbl, PositioningError, ServoConfig, ServoDrive, SimMachine, SimSettings,
-    SimulatedController, speaking,
+    Disturbance, DocumentedGrbl, PositioningError, ServoDrive, SimMachine, SimSettings, SimulatedController,
+    speaking,
 };
 
 use super::operator::Hostile;
@@ -384,7 +385,7 @@ fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm3, abilities: Abilitie
     let here = Faults::new(spec.rates(true, abilities), spec.seed ^ 0x4e1);
     // Their budget is for a machine that speeds up no faster.
     let suits = world.machine.acceleration_mm_s2 <= MachineProfile::simulated().acceleration_mm_s2;
-    let servo = (spec.driven && suits).then(ServoConfig::simulated).and_then(Result::ok);
+    let servo = (spec.driven && suits).then(DriveProfile::simulated).and_then(Result::ok);
     let drives = servo.and_then(|servo| ServoDrive::new(&servo, start_mm.plane()));
     SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here).driven(drives)
 }

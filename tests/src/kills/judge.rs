@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use keepout_drives::controllers::kind::Kind;
+use keepout_drives::profile::DriveProfile;
 use keepout_executor::session::log::{Log, LogReadError};
 use keepout_executor::session::replay::{Replay, replay};
 use keepout_executor::session::{LoggedEvent, Sample, coverage};
@@ -10,7 +12,6 @@ use keepout_executor::supervisor::{Phase, PreparedPlan};
 use keepout_kernel::{Height, Vector};
 use keepout_planner::job::Progress;
 use keepout_planner::units::mm;
-use keepout_sim::ServoConfig;
 use keepout_sim::monitor::CollisionMonitor;
 
 use super::FEED_MM_MIN;
@@ -99,9 +100,9 @@ fn follows(received: &[u8], first: &[u8], second: &[u8]) -> bool {
 /// The second session resumes at the commanded position, so the tool skips the path of that lag. The material
 /// is the ridge between two discs at that distance.
 fn ridge_mm(work: &PreparedPlan) -> f64 {
-    let Ok(servo) = ServoConfig::simulated() else { return 0.0 };
-    let samples = u32::try_from(servo.kind.preview() + 1).unwrap_or(u32::MAX);
-    let behind_mm = f64::from(samples) * servo.profile.period_s * f64::from(FEED_MM_MIN) / 60.0;
+    let Ok(servo) = DriveProfile::simulated() else { return 0.0 };
+    let samples = u32::try_from(servo.controller.map_or(0, Kind::preview) + 1).unwrap_or(u32::MAX);
+    let behind_mm = f64::from(samples) * servo.period_s * f64::from(FEED_MM_MIN) / 60.0;
     let radius_mm = mm(work.plan.finishing.units());
     radius_mm.hypot(behind_mm / 2.0) - radius_mm
 }

@@ -44,7 +44,7 @@ fn compare_writes_tables_and_pictures() {
     assert!(table.contains("| ZPETC | 17.8 / 25.2 |") && table.contains("**S6** corner"), "{table}");
     assert!(table.starts_with(&text(&folder.join("compare.md"))));
     // One line per controller. Repetitive control is missing, because these paths do not repeat.
-    assert_eq!(text(&folder.join("compare.csv")).lines().count(), 1 + 2 * 19);
+    assert_eq!(text(&folder.join("compare.csv")).lines().count(), 1 + 2 * 22);
     for name in ["S1.svg", "S6.svg"] {
         assert!(text(&folder.join(name)).ends_with("</svg>\n"));
     }
@@ -79,7 +79,7 @@ fn finishing_toolpath_of_a_plan_is_compared() {
 fn table_3_is_printed() {
     let output = studies(&["table3"]);
     assert!(
-        output.status.success() && printed(&output).contains("of the paper's cells agree"),
+        output.status.success() && printed(&output).contains("25 of the paper's 26 printed grades agree"),
         "{}",
         printed(&output)
     );

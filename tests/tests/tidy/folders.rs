@@ -6,8 +6,6 @@ use crate::source::{Exceptions, Offender, files, judge};
 
 /// Folders with one file.
 const WITH_ONE_FILE: &Exceptions = &[
-    (".cargo", "Cargo looks for its files there"),
-    (".ci", "CI looks for its script there"),
     ("executor/src/dialect/venus", "owed: results of the fault catalogue hold for the path of venus.rs"),
     ("fuzz/seeds", "the seeds of each fuzz target"),
     ("tests/fuzz", "the inputs at which each fuzz target once failed"),

@@ -9,7 +9,7 @@ fn root() -> PathBuf {
 /// Folders that hold build results, or nothing of ours.
 const LEFT_OUT: [&str; 3] = ["target", "artifacts", "coverage"];
 /// Hidden folders that are part of the repository.
-const HIDDEN: [&str; 2] = [".cargo", ".ci"];
+const HIDDEN: [&str; 1] = [".ci"];
 
 /// The names of all files at a place of the repository, from its root; the empty place is the root.
 pub fn files(place: &str) -> Vec<String> {

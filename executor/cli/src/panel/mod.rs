@@ -15,6 +15,7 @@ use std::sync::mpsc::sync_channel;
 use std::time::Duration;
 
 use clap::Args;
+use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::DialectName;
 use keepout_panel::bench::Workbench;
 use keepout_panel::hub::Hub;
@@ -23,7 +24,7 @@ use keepout_planner::Mm2;
 use keepout_planner::file::OUTPUT;
 use keepout_planner::machine::MachineProfile;
 use keepout_sim::standalone::{Records, Signals, Standalone};
-use keepout_sim::{ServoConfig, SimMachine, SimSettings};
+use keepout_sim::{SimMachine, SimSettings};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use self::desk::Desk;
@@ -135,7 +136,7 @@ fn simulated_machine() -> Result<StoredMachine, CliError> {
         homed: false,
         ..SimSettings::of(profile.clone(), Mm2::new(-1.0, -1.0).at_height(-1.0))
     };
-    let servo = ServoConfig::simulated().ok();
+    let servo = DriveProfile::simulated().ok();
     let line = (115_200, Duration::from_millis(1));
     let machine = SimMachine::wandering(settings, &DialectName::Grbl, line, 1, servo.as_ref());
     let (sender, receiver) = sync_channel(1);

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use keepout_planner::machine::MachineProfile;
+use keepout_planner::machine::{ContourErrorSource, MachineProfile};
 
 /// A running panel.
 pub struct PanelProcess {
@@ -73,7 +73,7 @@ impl BenchMill {
         std::fs::create_dir_all(&machines).unwrap();
         let profile = MachineProfile {
             name: "bench mill".into(),
-            contour_error_source: Some("measured with the bench".into()),
+            contour_error_source: ContourErrorSource::Measured("with the bench".into()),
             ..MachineProfile::simulated_three_axes()
         };
         let profile = profile.to_toml().replace("[z]", "[profile.z]");

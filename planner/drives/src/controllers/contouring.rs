@@ -40,6 +40,10 @@ pub struct Weights {
     pub least_lag: f64,
     /// Weight of the distance that a change of command causes in its first sample.
     pub effort: f64,
+    /// Time in which a load is assumed to change by [`Belief::load_bits`], s.
+    pub load_change_s: f64,
+    /// Standard deviation of a measurement, pulses. With whole pulses it is at least 0.3.
+    pub noise: f64,
 }
 
 /// Weights found by trial: on S1 to E3 with all sign patterns of the model error, on the budgets of the
@@ -49,7 +53,7 @@ pub struct Weights {
 /// causes a large lag, and such a lag must not pull the tool off the path.
 impl Default for Weights {
     fn default() -> Self {
-        Self { lag: 0.3, bend: 0.5, least_lag: 0.003, effort: 2000.0 }
+        Self { lag: 0.3, bend: 0.5, least_lag: 0.003, effort: 2000.0, load_change_s: 0.004, noise: 0.05 }
     }
 }
 
@@ -60,14 +64,11 @@ impl Weights {
     }
 }
 
-/// Time in which a load is assumed to change by [`Belief::load_bits`], s.
-const LOAD_COMES_IN_S: f64 = 0.004;
-
 /// Noise of the observer's model for these drives.
-fn wander(belief: &Belief) -> Wander {
-    // The rounding to whole pulses has a standard deviation of 1/√12 pulse.
-    let measurement = if belief.whole_numbers { 0.3 } else { 0.05 };
-    let load = belief.load_bits * (belief.period_s / LOAD_COMES_IN_S).sqrt();
+fn wander(belief: &Belief, weights: &Weights) -> Wander {
+    // The rounding to whole pulses has a standard deviation of 1/√12 pulse, and the noise comes on top.
+    let measurement = if belief.whole_numbers { weights.noise.max(0.3) } else { weights.noise };
+    let load = belief.load_bits * (belief.period_s / weights.load_change_s).sqrt();
     Wander { speed: 1.0, load, measurement }
 }
 
@@ -100,7 +101,7 @@ impl Contouring {
     /// The controller for a drive model, with these weights.
     #[must_use]
     pub fn weighed(belief: &Belief, weights: Weights) -> Self {
-        let observer = |drive: Drive| Observer::new(drive, belief.period_s, wander(belief));
+        let observer = |drive: Drive| Observer::new(drive, belief.period_s, wander(belief, &weights));
         let held = belief.drives.map(|drive| drive.held(belief.period_s));
         Self {
             weights,

@@ -24,6 +24,14 @@ impl DriveInverse {
         Self { drives: open }
     }
 
+    /// The position of an exact drive under [`DriveInverse::command`], pulses: the reference with the gain of
+    /// eq. (14).
+    #[must_use]
+    pub fn position(&self, window: &ReferenceWindow) -> Axes {
+        let on = |axis: usize| self.drives[axis].zero_phase_output(|ahead| window.position(ahead)[axis]);
+        Axes::new(on(0), on(1))
+    }
+
     /// The feedforward command, bits.
     #[must_use]
     pub fn command(&self, window: &ReferenceWindow) -> Axes {

@@ -1,15 +1,18 @@
 //! The kinds of controllers and their names.
 
+use serde::{Deserialize, Serialize};
+
 use super::adaptive::Adaptive;
 use super::contouring::{self, Contouring};
-use super::cross_coupling::CrossCoupling;
+use super::cross_coupling::{CrossCoupling, ErrorEstimate};
 use super::drive_feedforward::DriveFeedforward;
 use super::exact_inverse::ExactInverse;
 use super::inverse_filter::InverseFilter;
 use super::matching::Matching;
 use super::optimal::{Index, linear_quadratic};
 use super::optimal_cross_coupling::OptimalCrossCoupling;
-use super::pid::{Pid, Structure};
+use super::pid::{self, Pid, Structure};
+use super::pid_zero_phase::PidZeroPhase;
 use super::predictive::{self, Predictive};
 use super::proportional::Proportional;
 use super::repetitive::Repetitive;
@@ -21,7 +24,8 @@ use crate::plant::MOST_DELAY;
 use crate::profile::Gains;
 
 /// A kind of controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "names() describes each kind")]
 pub enum Kind {
     P,
@@ -29,13 +33,18 @@ pub enum Kind {
     PidB,
     PidC,
     PidD,
+    PidCorners,
+    PidZpetc,
     StateFeedback,
     ExactInverse,
+    #[serde(rename = "drive-ff")]
     DriveFeedforward,
     Zpetc,
     Ikf,
     Ccc,
+    #[serde(rename = "ccc-ff")]
     CccFeedforward,
+    CccExact,
     Lq,
     OptimalCcc,
     Gpc,
@@ -61,12 +70,14 @@ pub struct Setting {
 
 impl Kind {
     /// All kinds, in the paper's order.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 23] = [
         Self::P,
         Self::Pid,
         Self::PidB,
         Self::PidC,
         Self::PidD,
+        Self::PidCorners,
+        Self::PidZpetc,
         Self::StateFeedback,
         Self::ExactInverse,
         Self::DriveFeedforward,
@@ -74,6 +85,7 @@ impl Kind {
         Self::Ikf,
         Self::Ccc,
         Self::CccFeedforward,
+        Self::CccExact,
         Self::Lq,
         Self::OptimalCcc,
         Self::Gpc,
@@ -93,6 +105,8 @@ impl Kind {
             Self::PidB => ("pid-b", "PID, D of the position (Fig. 4b)"),
             Self::PidC => ("pid-c", "I-PD (Fig. 4c)"),
             Self::PidD => ("pid-d", "P around PI (Fig. 4d)"),
+            Self::PidCorners => ("pid-corners", "PID, I off at corners"),
+            Self::PidZpetc => ("pid-zpetc", "PID with ZPETC"),
             Self::StateFeedback => ("state-feedback", "state feedback with I"),
             Self::ExactInverse => ("exact-inverse", "P with exact inverse (Fig. 5a)"),
             Self::DriveFeedforward => ("drive-ff", "P with drive feedforward (Fig. 5b)"),
@@ -100,6 +114,7 @@ impl Kind {
             Self::Ikf => ("ikf", "IKF"),
             Self::Ccc => ("ccc", "CCC"),
             Self::CccFeedforward => ("ccc-ff", "CCC with drive feedforward (Fig. 23)"),
+            Self::CccExact => ("ccc-exact", "CCC with the exact contour error"),
             Self::Lq => ("lq", "optimal (LQ)"),
             Self::OptimalCcc => ("optimal-ccc", "optimal CCC"),
             Self::Gpc => ("gpc", "GPC"),
@@ -117,6 +132,7 @@ impl Kind {
         match self {
             Self::Contouring => contouring::HORIZON + MOST_DELAY,
             Self::Gpc => predictive::HORIZON,
+            Self::PidCorners => pid::MOST_AHEAD,
             // Zero-phase inverses look two samples ahead.
             _ => 2,
         }
@@ -136,7 +152,7 @@ impl Kind {
         let Setting { belief, gains: Gains { proportional, pid, cross_coupling }, .. } = *setting;
         let period_s = belief.period_s;
         let in_structure = |structure| Box::new(Pid::new(structure, pid, period_s));
-        let coupled = CrossCoupling::new(&belief, proportional, cross_coupling);
+        let coupled = |estimate| CrossCoupling::new(&belief, proportional, cross_coupling, estimate);
         Some(match self {
             Self::P => Box::new(Proportional { gain: proportional }),
             Self::Pid => in_structure(Structure::OnError),
@@ -145,13 +161,18 @@ impl Kind {
             // The derivative gain is the gain of its speed loop, so it must not be zero.
             Self::PidD if pid.derivative == 0.0 => return None,
             Self::PidD => in_structure(Structure::Cascade),
+            Self::PidCorners => {
+                Box::new(Pid::new(Structure::OnError, pid, period_s).without_integral_at_corners(&belief))
+            }
+            Self::PidZpetc => Box::new(PidZeroPhase::new(&belief, pid)),
             Self::StateFeedback => Box::new(StateFeedback::new(&belief)),
             Self::ExactInverse => Box::new(ExactInverse::new(&belief, proportional)),
             Self::DriveFeedforward => Box::new(DriveFeedforward::new(&belief, proportional)),
             Self::Zpetc => Box::new(ZeroPhase::new(&belief, proportional)),
             Self::Ikf => Box::new(InverseFilter::new(&belief, proportional)),
-            Self::Ccc => Box::new(coupled),
-            Self::CccFeedforward => Box::new(coupled.with_feedforward(&belief)),
+            Self::Ccc => Box::new(coupled(ErrorEstimate::Modelled)),
+            Self::CccFeedforward => Box::new(coupled(ErrorEstimate::Modelled).with_feedforward(&belief)),
+            Self::CccExact => Box::new(coupled(ErrorEstimate::Exact)),
             Self::Lq => Box::new(linear_quadratic(&belief, Index::default())),
             Self::OptimalCcc => Box::new(OptimalCrossCoupling::new(&belief, Index::default())?),
             Self::Gpc => Box::new(Predictive::new(&belief)?),
@@ -162,5 +183,23 @@ impl Kind {
             Self::Selection => return setting.environment.choice().built(setting),
             Self::Contouring => Box::new(Contouring::new(&belief)),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_name_each_kind_as_commands_do() {
+        #[derive(Deserialize)]
+        struct Named {
+            kind: Kind,
+        }
+        for kind in Kind::ALL {
+            let text = format!("kind = \"{}\"", kind.names().0);
+            assert_eq!(toml::from_str::<Named>(&text).unwrap().kind, kind);
+            assert_eq!(Kind::named(kind.names().0), Some(kind));
+        }
     }
 }

@@ -33,8 +33,13 @@ impl Law {
     /// The output for the next error.
     pub fn step(&mut self, error: f64) -> f64 {
         self.sum += self.period_s * error;
+        self.without_integral(error) + self.gains.integral * self.sum
+    }
+
+    /// The output for the next error with the integral action off: it adds nothing, and its sum stays.
+    pub fn without_integral(&mut self, error: f64) -> f64 {
         let change = (error - self.before) / self.period_s;
         self.before = error;
-        self.gains.proportional * error + self.gains.integral * self.sum + self.gains.derivative * change
+        self.gains.proportional * error + self.gains.derivative * change
     }
 }

@@ -6,10 +6,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Controller;
 use super::law::{Law, PidGains};
+use super::passed::PassedPieces;
 use super::speed::Speed;
+use super::{Belief, Controller};
 use crate::Axes;
+use crate::path::CORNER_COS;
 use crate::reference::ReferenceWindow;
 
 /// The input of each of the three actions.
@@ -27,8 +29,33 @@ pub enum Structure {
     Cascade,
 }
 
+#[expect(clippy::cast_precision_loss, reason = "a few samples")]
+const MOST_AHEAD_F: f64 = MOST_AHEAD as f64;
+/// Largest number of samples before a corner in which the integral action is off.
+pub const MOST_AHEAD: usize = 64;
+
+/// The integral action around corners (section 8: "the I component of the PID controller can be turned off before the
+/// corner"). It is off from one time constant before the reference comes to a corner until the tool has passed it.
+#[derive(Clone, Debug)]
+struct Corners {
+    passed: PassedPieces,
+    /// Number of samples before the corner.
+    ahead: isize,
+}
+
+impl Corners {
+    /// Whether a corner lies between the tool and the reference some samples from now.
+    fn near(&mut self, window: &ReferenceWindow, measured: Axes) -> bool {
+        let turns = |ahead: isize| {
+            let (now, next) = (window.ahead(ahead).foot.tangent, window.ahead(ahead + 1).foot.tangent);
+            now.dot(&next) < CORNER_COS
+        };
+        self.passed.foot(window.ahead(0), measured).before_corner || (0..self.ahead).any(turns)
+    }
+}
+
 /// A PID controller for each axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Pid {
     structure: Structure,
     gains: PidGains,
@@ -38,6 +65,7 @@ pub struct Pid {
     sum: Axes,
     /// The first measured position.
     began: Option<Axes>,
+    corners: Option<Corners>,
 }
 
 impl Pid {
@@ -53,6 +81,27 @@ impl Pid {
             speed: Speed::new(period_s),
             sum: Axes::zeros(),
             began: None,
+            corners: None,
+        }
+    }
+
+    /// The same controller, which turns its integral action off around corners. For structure (a).
+    #[must_use]
+    pub fn without_integral_at_corners(self, belief: &Belief) -> Self {
+        let slowest = belief.drives.iter().map(|drive| drive.time_constant_s).fold(0.0, f64::max);
+        #[expect(clippy::cast_possible_truncation, reason = "clamped")]
+        let ahead = (slowest / belief.period_s).ceil().clamp(1.0, MOST_AHEAD_F) as isize;
+        Self { corners: Some(Corners { passed: PassedPieces::default(), ahead }), ..self }
+    }
+
+    /// Structure (a).
+    fn on_error(&mut self, window: &ReferenceWindow, error: Axes, measured: Axes) -> Axes {
+        let off = self.corners.as_mut().is_some_and(|corners| corners.near(window, measured));
+        let [x, y] = &mut self.laws;
+        if off {
+            Axes::new(x.without_integral(error.x), y.without_integral(error.y))
+        } else {
+            Axes::new(x.step(error.x), y.step(error.y))
         }
     }
 
@@ -80,7 +129,7 @@ impl Controller for Pid {
     fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
         let error = window.position(0) - measured;
         match self.structure {
-            Structure::OnError => Axes::new(self.laws[0].step(error.x), self.laws[1].step(error.y)),
+            Structure::OnError => self.on_error(window, error, measured),
             Structure::DerivativeOnPosition => self.on_position(error, error, measured),
             Structure::IntegralOnError => {
                 let began = *self.began.get_or_insert(measured);

@@ -224,6 +224,25 @@ impl Path {
         Self::of((0..ELLIPSE_ARCS).map(arc).collect())
     }
 
+    /// An Archimedean spiral about the origin, counter-clockwise from (`from`, 0), with the radii `from` and `to` at its
+    /// ends.
+    ///
+    /// It consists of `ELLIPSE_ARCS` arcs in each turn.
+    #[must_use]
+    pub fn spiral(from: f64, to: f64, turns: u32) -> Self {
+        let count = ELLIPSE_ARCS * turns;
+        let at = |number: f64| {
+            let share = number / f64::from(count);
+            let angle = TAU * f64::from(turns) * share;
+            Axes::new(angle.cos(), angle.sin()) * (from + (to - from) * share)
+        };
+        let arc = |index: u32| {
+            let index = f64::from(index);
+            through(at(index), at(index + 0.5), at(index + 1.0))
+        };
+        Self::of((0..count).map(arc).collect())
+    }
+
     /// The same path, mirrored at the X axis.
     #[must_use]
     pub fn mirrored(&self) -> Self {
@@ -288,6 +307,18 @@ impl Path {
         best
     }
 
+    /// Distance of `point` past the end of the path in its direction, pulses. 0 if `foot`, its nearest point, is not the
+    /// end, or for a path that ends where it begins and goes on in the same direction there.
+    #[must_use]
+    pub fn past_end(&self, point: Axes, foot: &Foot) -> f64 {
+        let Some(end) = self.pieces.last().map(|piece| piece.at(piece.length())) else { return 0.0 };
+        if (foot.point - end.point).norm() > NEAR_END {
+            0.0
+        } else {
+            (point - end.point).dot(&end.tangent).max(0.0)
+        }
+    }
+
     /// Overshoot of `point` past a corner, pulses: its distance from `foot` in the direction of the piece
     /// that ends there.
     ///
@@ -305,6 +336,8 @@ impl Path {
     }
 }
 
+/// Largest distance of a nearest point from the end that it is, pulses.
+const NEAR_END: f64 = 1e-6;
 /// Bound on the rounding error of angles, rad.
 const ROUNDING: f64 = 1e-9;
 /// Number of arcs of an ellipse.

@@ -115,8 +115,9 @@ fn contour_error(
     let interpolator = drives.interpolator.as_ref().ok_or_else(|| lacks("interpolator"))?;
     let run = interpolated(points, FEED_MM_S, interpolator, drives);
     let feed = FEED_MM_S * drives.pulses_per_mm;
-    let bits = drives.cutting.bits * thickness_mm / THICKNESS_MM;
-    let cutting = Some(Cutting { bits, at_feed: feed, angle: drives.cutting.angle_deg.to_radians() });
+    let thicker = thickness_mm / THICKNESS_MM;
+    let cutting =
+        drives.cutting().map(|cutting| Cutting { bits: cutting.bits * thicker, at_feed: feed, ..cutting });
     let task = Task { plant: drives.plant(), path: run.path, feed, reference: run.samples, cutting };
     let environment = Environment::of(&task, drives.uncertainty.largest());
     let controller = kind.built(&drives.setting(environment));

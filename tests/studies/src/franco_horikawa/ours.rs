@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use keepout_drives::profile::DriveProfile;
 use keepout_executor::dialect::DialectName;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::{Going, NoEventLog, Sample, SampleKind};
@@ -15,7 +16,6 @@ use keepout_planner::Mm2;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::PlanParameters;
 use keepout_planner::units::{mm, point_from_mm};
-use keepout_sim::ServoConfig;
 use keepout_sim::operator::{Model, ModelKind};
 use keepout_sim::session::{Scene, SimResult, SimRun, Watch, run_scene};
 
@@ -138,7 +138,7 @@ impl<'a> Ours<'a> {
         &self,
         kind: ModelKind,
         (seed, latency): (u64, Duration),
-        servo: Option<&ServoConfig>,
+        servo: Option<&DriveProfile>,
     ) -> Result<Attempt, StudyError> {
         let mut random = fastrand::Rng::with_seed(seed);
         for _ in 0..BEGINNINGS {
@@ -205,7 +205,7 @@ impl<'a> Ours<'a> {
     }
 
     /// The settings of a session that begins at `start`, at the paper's baud rate.
-    fn run(&self, start: Mm2, latency: Duration, seed: u64, servo: Option<&ServoConfig>) -> SimRun {
+    fn run(&self, start: Mm2, latency: Duration, seed: u64, servo: Option<&DriveProfile>) -> SimRun {
         SimRun {
             machine: self.machine.clone(),
             servo: servo.cloned(),

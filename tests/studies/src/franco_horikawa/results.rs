@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::DriveProfile;
-use keepout_sim::ServoConfig;
 use serde::{Deserialize, Serialize};
 
 use super::attempt::{ALL, Attempt, PEOPLE, Tally, operator_of, real, seed_of};
@@ -213,7 +212,7 @@ fn driven_rows(
     let first = scenarios.latencies_ms.iter().copied().min().unwrap_or_default();
     let settings: Vec<_> =
         settings(scenarios).into_iter().filter(|(_, _, latency)| *latency == first).collect();
-    let servo = ServoConfig { profile: DriveProfile::load("nsk-modules")?, kind: Kind::Contouring };
+    let servo = DriveProfile { controller: Some(Kind::Contouring), ..DriveProfile::load("nsk-modules")? };
     parallel(settings.len(), progress, |number| {
         let stream = (DRIVEN_FROM + number as u64, attempts, seed);
         our_row(scenarios, settings[number], stream, Some(&servo))
@@ -224,7 +223,7 @@ fn our_row(
     scenarios: &Scenarios,
     (profile, speed_mm_s, latency_ms): (usize, f64, u64),
     (stream, attempts, seed): (u64, u64, u64),
-    servo: Option<&ServoConfig>,
+    servo: Option<&DriveProfile>,
 ) -> Result<OurRow, StudyError> {
     let shape = &scenarios.profile[profile];
     let ours = Ours::new(shape, scenarios.tool_diameter_mm, speed_mm_s)?;

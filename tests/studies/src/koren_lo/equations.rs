@@ -10,10 +10,18 @@ pub fn mismatch_error(feed: Axes, gains: Axes) -> f64 {
     feed.x * feed.y / feed.norm() * (gains.y - gains.x) / (gains.x * gains.y)
 }
 
-/// Eq. (5), corrected: the steady contour error of matched P loops on a line under loads, pulses.
+/// Eq. (5) as printed: the steady contour error of matched P loops on a line, pulses.
 ///
-/// The printed equation is dimensionally wrong. This form holds for any period and time constant. `loads` in
-/// bits, `gain` in bits/pulse.
+/// It holds for a motor `1/(s + 1/tau)`. `lost` is the speed that the loads take from each axis in a sample, pulses/s.
+/// `gain` is the gain of the P controller in that model, 1/s².
+#[must_use]
+pub fn lost_speed_error(feed: Axes, lost: Axes, gain: f64, period_s: f64, time_constant_s: f64) -> f64 {
+    let share = -(-period_s / time_constant_s).exp_m1();
+    (feed.y * lost.x - feed.x * lost.y) / (time_constant_s * share * gain * feed.norm())
+}
+
+/// Eq. (5) in the units of section 7: the same error under loads in bits, with a `gain` in bits/pulse. Period and time
+/// constant cancel.
 #[must_use]
 pub fn load_error(feed: Axes, loads: Axes, gain: f64) -> f64 {
     (feed.y * loads.x - feed.x * loads.y) / (gain * feed.norm())

@@ -57,7 +57,7 @@ fn panel(row: &Row, entry: &ControllerEntry, with_path: bool) -> Lines {
     let mut body = Lines::default();
     body.draw(&[Element::new("text").set("y", 11).text(entry.name())]);
     body.draw(&[Element::new("text").set("y", 25).fill("#555").text(errors)]);
-    let moments = &entry.outcome.moments;
+    let moments = entry.outcome.in_motion();
     let division = division(contour.max);
     over_time(&mut body, moments, row.um(), division);
     if with_path {

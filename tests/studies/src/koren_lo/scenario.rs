@@ -5,7 +5,7 @@ use keepout_drives::path::{Path, PathPiece};
 use keepout_drives::plant::Friction;
 use keepout_drives::profile::{DriveProfile, DriveProfileError};
 use keepout_drives::reference::{Ramp, Reference};
-use keepout_drives::run::{Cutting, Task};
+use keepout_drives::run::Task;
 use keepout_planner::text_file;
 use serde::Deserialize;
 
@@ -72,6 +72,14 @@ pub enum PathShape {
         #[serde(deserialize_with = "text_file::pair")]
         half_axes_mm: [f64; 2],
     },
+    /// An Archimedean spiral about the origin, counter-clockwise, from the X axis on.
+    Spiral {
+        /// Radius at the start and at the end.
+        #[serde(deserialize_with = "text_file::pair")]
+        radii_mm: [f64; 2],
+        /// Number of turns.
+        turns: u32,
+    },
     /// Lines and arcs, in mm: the finishing toolpath of a plan.
     #[serde(skip)]
     Given(Vec<PathPiece>),
@@ -95,6 +103,9 @@ impl PathShape {
             }
             Self::Corner { leg_mm, angle_deg } => {
                 Path::corner(leg_mm * pulses_per_mm, angle_deg.to_radians())
+            }
+            Self::Spiral { radii_mm: [from, to], turns } => {
+                Path::spiral(from * pulses_per_mm, to * pulses_per_mm, turns)
             }
             Self::Ellipse { half_axes_mm: [a, b] } => Path::ellipse(a * pulses_per_mm, b * pulses_per_mm),
         }
@@ -171,6 +182,13 @@ impl DriveScenario {
                 }
                 half_axes_mm[0].min(half_axes_mm[1])
             }
+            PathShape::Spiral { radii_mm, turns } => {
+                let wrong = radii_mm.iter().find(|radius| !(1e-3..=1e5).contains(*radius));
+                if let Some(&radius) = wrong {
+                    return Some(("radii_mm", radius, "between 0.001 and 100000".into()));
+                }
+                radii_mm[0].max(radii_mm[1]) * 6.3 * f64::from(*turns)
+            }
             PathShape::Given(pieces) => pieces.iter().map(PathPiece::length).sum(),
         };
         let ramp = match self.ramp {
@@ -238,8 +256,7 @@ impl DriveScenario {
         }
         plant.limit = self.limit_bits.or(plant.limit);
         let feed = machine.feed(self.feed_m_min);
-        let angle = machine.cutting.angle_deg.to_radians();
-        let cutting = self.cutting.then_some(Cutting { bits: machine.cutting.bits, at_feed: feed, angle });
+        let cutting = machine.cutting().filter(|_| self.cutting);
         let path = self.path.path(machine.pulses_per_mm);
         let reference = Reference::along(&path, feed, plant.period_s, self.ramp).samples;
         Task { plant, path, feed, reference, cutting }
@@ -253,7 +270,7 @@ mod tests {
     #[test]
     fn built_in_rows_are_read() {
         let rows = DriveScenario::built_in().unwrap();
-        assert_eq!(rows.len(), 17);
+        assert_eq!(rows.len(), 18);
         for row in rows {
             let machine = DriveProfile::load(&row.machine).unwrap();
             assert!(row.task(&machine).path.length() > 0.0);

@@ -31,10 +31,10 @@ fn contouring_is_stable_with_an_unknown_delay() {
         for signs in sign_patterns() {
             let mut controller = row.controller(Kind::Contouring, 0.05, signs);
             let run = row.task.run(controller.as_mut());
-            let half = run.moments.len() / 2;
+            let half = run.moving / 2;
             let of =
                 |moments: &[Moment]| Spread::of(moments.iter().map(|moment| moment.contour_error)).times(UM);
-            let (before, after) = (of(&run.moments[..half]), of(&run.moments[half..]));
+            let (before, after) = (of(&run.moments[..half]), of(&run.moments[half..run.moving]));
             let name = &row.row.name;
             assert!(after.rms < 2.0 * before.rms.max(prompt.rms), "{name} {signs:?}: {before:?} {after:?}");
             assert!(after.max < 100.0, "{name} {signs:?}: {after:?}");
@@ -62,7 +62,7 @@ fn repetitive_control_removes_seven_tenths_of_the_error_in_each_round() {
     let path = Path::circle(2000.0, true, 5);
     let feed = TAU * 2000.0 / (f64::from(round) * 0.004);
     let reference = Reference::along(&path, feed, 0.004, Ramp::None).samples;
-    let cutting = Some(Cutting { bits: 160.0, at_feed: feed, angle: 0.7 });
+    let cutting = Some(Cutting { bits: 160.0, at_feed: feed, up_to_feed: feed, angle: 0.7 });
     let task = Task { path, feed, reference, cutting, ..row.task.clone() };
     let mut controller = Repetitive::new(&row.machine.belief(), 1.0, 2500);
     let moments = task.run(&mut controller).moments;
@@ -151,9 +151,9 @@ fn corner_needs_the_segment_nearest_to_the_tool() {
     impl Controller for ByReference {
         fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
             let foot = &window.ahead(0).foot;
-            let ContourError { error, gains } = ContourError::modelled(foot, measured);
+            let ContourError { error, direction } = ContourError::modelled(foot, measured);
             let correction = self.law.step(error);
-            foot.point - measured + Axes::new(-gains.x, gains.y) * correction
+            foot.point - measured + direction * correction
         }
     }
     let row = Row::named("S6");
@@ -179,11 +179,10 @@ fn simulated_machine_has_the_contour_error_of_its_drives() {
     let interpolator = profile.interpolator.unwrap();
     assert_eq!(interpolator.acceleration_mm_s2, machine.acceleration_mm_s2);
     assert_eq!(interpolator.max_rate_mm_s, machine.max_rate_mm_s);
-    let question =
-        BudgetRequest { kind: Kind::Contouring, feed_mm_s: 60.0, by_hand_mm_s: Some(machine.max_rate_mm_s) };
+    let question = BudgetRequest { feed_mm_s: 60.0, by_hand_mm_s: Some(machine.max_rate_mm_s) };
     let found = budget(&profile, &question, &mut |_, _| {}).unwrap();
     // The last digit of a sine depends on the system, and friction amplifies the difference.
     assert!(found.term_mm <= machine.contour_error_mm + 0.000_3, "{}", found.term_mm);
     assert!(found.term_mm >= machine.contour_error_mm * 0.95, "{}", found.term_mm);
-    assert_eq!(machine.contour_error_source.as_deref(), Some(found.source.as_str()));
+    assert_eq!(machine.contour_error_source.details(), found.source);
 }
