@@ -1,8 +1,8 @@
 //! The contour-error term of a plan's margin.
 //!
-//! It bounds the contour error of the drives and the controller that they run: over typical parts of a contour, over the
-//! errors of the drive model, over delays that the controller does not know, between the samples, and until the tool
-//! rests.
+//! It bounds the contour error of the drives and the controller that they run: over typical parts of a contour, over
+//! the errors of the drive model, over delays that the controller does not know, between the samples, and until the
+//! tool rests.
 
 use super::Axes;
 use super::controllers::kind::Kind;

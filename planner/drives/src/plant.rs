@@ -140,8 +140,8 @@ impl Plant {
         self.step_in_parts(command, load, 1, |_, _| {});
     }
 
-    /// Advances by one period under a constant `command`, bits, in `parts` equal parts. Calls `look` after each part with
-    /// the plant and with the largest acceleration of the motors in it, pulses/s².
+    /// Advances by one period under a constant `command`, bits, in `parts` equal parts. Calls `look` after each part
+    /// with the plant and with the largest acceleration of the motors in it, pulses/s².
     pub fn step_in_parts(
         &mut self,
         command: Axes,

@@ -224,8 +224,8 @@ impl Path {
         Self::of((0..ELLIPSE_ARCS).map(arc).collect())
     }
 
-    /// An Archimedean spiral about the origin, counter-clockwise from (`from`, 0), with the radii `from` and `to` at its
-    /// ends.
+    /// An Archimedean spiral about the origin, counter-clockwise from (`from`, 0), with the radii `from` and `to` at
+    /// its ends.
     ///
     /// It consists of `ELLIPSE_ARCS` arcs in each turn.
     #[must_use]
@@ -307,8 +307,8 @@ impl Path {
         best
     }
 
-    /// Distance of `point` past the end of the path in its direction, pulses. 0 if `foot`, its nearest point, is not the
-    /// end, or for a path that ends where it begins and goes on in the same direction there.
+    /// Distance of `point` past the end of the path in its direction, pulses. 0 if `foot`, its nearest point, is not
+    /// the end, or for a path that ends where it begins and goes on in the same direction there.
     #[must_use]
     pub fn past_end(&self, point: Axes, foot: &Foot) -> f64 {
         let Some(end) = self.pieces.last().map(|piece| piece.at(piece.length())) else { return 0.0 };

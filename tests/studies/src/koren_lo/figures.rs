@@ -47,7 +47,8 @@ pub(super) const FIGURES: [PaperFigure; 11] = [
         shown: &WRONG,
         says: "ZPETC is better than CCC only when the model error is less than 0.5 %.",
         found: "**Holds by a special reading only.** If only the time constant of one axis is wrong, the RMS errors\n\
-                are equal at 0.51 %. With our reading of \"2 %\" (both axes, gains and time constants) they are equal at\n\
+                are equal at 0.51 %. With our reading of \"2 %\" (both axes, gains and time constants) \
+                they are equal at\n\
                 0.015 %. The test `figure_13_the_model_error_where_both_are_equal` computes both.",
     },
     PaperFigure {

@@ -153,8 +153,9 @@ pub fn markdown(cells: &[Cell]) -> String {
     let (same, all) = agreement(cells);
     let _ = writeln!(
         text,
-        "\n{same} of the paper's {all} printed grades agree. A grade that the paper prints once for several of these rows \
-         agrees\nif all of them do. Cells that differ are bold. The rule was fitted to these grades, with four limits: \
+        "\n{same} of the paper's {all} printed grades agree. A grade that the paper prints once for several of these \
+         rows agrees\nif all of them do. Cells that differ are bold. \
+         The rule was fitted to these grades, with four limits: \
          the agreement\nshows that such a rule exists, and no more."
     );
     text

@@ -99,7 +99,8 @@ const BEYOND: &str = "\n## Beyond the paper\n\n\
     constants. \"Unknown delay\" is a delay of one sample that the controller does not know. CCC with the\n\
     same delay is in the last column.\n\n\
     These weights do not carry over. With ±20 % model error and a delay of one unknown sample, the contouring MPC\n\
-    oscillates or diverges at T of 1 to 4 ms, where CCC does not. At T = 10 ms, and with encoders of 10 µm, CCC is more\n\
+    oscillates or diverges at T of 1 to 4 ms, where CCC does not. At T = 10 ms, and with encoders of 10 µm, \
+    CCC is more\n\
     accurate in several rows. Until that is mended, the drives of a real machine should not run it.\n\n";
 
 const NOT_REPRODUCED: &str = "\n## What is not reproduced\n\n\
@@ -181,7 +182,8 @@ fn machines(text: &mut String) -> Result<(), DriveProfileError> {
         );
     }
     text.push_str(
-        "\n| profile | Kp of P, bits/pulse | PID: Kp, Ki, Kd | W(z) of CCC: Kp, Ki, Kd | cutting force, bits at mm/min, angle |\n\
+        "\n| profile | Kp of P, bits/pulse | PID: Kp, Ki, Kd | W(z) of CCC: Kp, Ki, Kd \
+         | cutting force, bits at mm/min, angle |\n\
          |---|---|---|---|---|\n",
     );
     for (name, _) in BUILT_IN {
@@ -201,9 +203,9 @@ fn machines(text: &mut String) -> Result<(), DriveProfileError> {
     let Weights { lag, bend, least_lag, effort, load_change_s, noise, .. } = Weights::default();
     let _ = writeln!(
         text,
-        "\nWeights of the contouring MPC: lag {lag} below {bend} pulses and at least {least_lag}, effort {effort}. Its observer \
-         assumes\na load that changes in {} ms, and {noise} pulses of noise (0.3 with whole pulses). These weights were found by \
-         trial on the\nrows of this page, at T = 4 ms. No other controller was tuned.",
+        "\nWeights of the contouring MPC: lag {lag} below {bend} pulses and at least {least_lag}, effort {effort}. \
+         Its observer assumes\na load that changes in {} ms, and {noise} pulses of noise (0.3 with whole pulses). \
+         These weights were found by trial on the\nrows of this page, at T = 4 ms. No other controller was tuned.",
         load_change_s * 1000.0
     );
     Ok(())
@@ -272,7 +274,8 @@ fn stops(text: &mut String, scenarios: &[DriveScenario]) -> Result<(), DriveProf
         "\n## Overshoot at stopping\n\n\
          Paper: \"The PID controller … may result in an overshoot at stopping\" (Table 3, Fig. 19).\n\n\
          Ours: Reproduced. The runs go on for ten time constants after the reference has come to the end of the\n\
-         path. The values are the largest distance past the end in the direction of the path, and the largest distance\n\
+         path. The values are the largest distance past the end in the direction of the path, and the largest \
+         distance\n\
          from the path in that time, µm, with exact models.\n\n",
     );
     let mut table = vec![vec![String::new(), "S6 (corner)".into(), "E1 (line)".into(), "X3 (ramp)".into()]];
