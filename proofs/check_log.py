@@ -166,13 +166,13 @@ class Plan:
     """The part of a plan file that the rules need. The finishing passes follow it."""
     def __init__(self, data):
         need(data[:12] == b"KEEPOUT PLAN" and len(data) > 46, "R1: this is no plan file. Give the plan that was run.")
-        need(data[12:14] == b"\x08\x00", "R1: the plan has another version than 8. Use the program of that version.")
+        need(data[12:14] == b"\x09\x00", "R1: the plan has another version than 9. Use the program of that version.")
         need(hashlib.sha256(data[46:]).digest() == data[14:46], "R1: the plan is damaged. Copy it again.")
         self.hash, self.regions, p = hashlib.sha256(data).hexdigest(), {}, Payload(data[46:])
         skip = lambda count: lambda: p.take(count)
         p.text(), p.take(32), p.text(), p.many(lambda: (p.maybe(p.point), p.text())), p.maybe(skip(24))  # provenance
         p.many(p.natural), p.many(lambda: p.many(skip(16)))  # numbers of contours, curves that were left out
-        p.text(), p.take(72), p.maybe(p.text), p.maybe(p.natural)  # machine: name, figures, a source, spindle speed
+        p.text(), p.take(72), p.text(), p.maybe(p.natural)  # machine: name, figures, a source, spindle speed
         self.three_axes = p.maybe(skip(48)) is not None
         p.maybe(lambda: (p.text(), p.maybe(skip(1)), p.maybe(skip(8)), p.maybe(skip(8)), p.maybe(p.natural),
                          p.maybe(p.natural), p.maybe(skip(8))))  # controller
