@@ -92,8 +92,8 @@ pub struct Figures {
     pub run_out: Spread,
     /// Largest overshoot past the end of the path, in its direction.
     pub stop_overshoot: f64,
-    /// Largest distance from the path at any time, between samples and in the run-out, too: an upper bound. It is at
-    /// the samples only when the run looked no more often.
+    /// Largest distance from the path at any time, between samples and in the run-out, too: an upper bound. In a run
+    /// without looks between the samples, it is the largest at the samples.
     pub largest: f64,
     /// Share of the commands that the amplifier clipped.
     pub saturation_share: f64,

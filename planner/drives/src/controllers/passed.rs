@@ -1,7 +1,7 @@
 //! The part of the path between tool and reference, and the point of it that is nearest to the tool.
 
 use crate::Axes;
-use crate::path::{CORNER_COS, Foot, PathPiece};
+use crate::path::{Foot, PathPiece};
 use crate::reference::ReferenceSample;
 
 /// Largest number of pieces between tool and reference. When a tool is farther behind, the oldest of these
@@ -81,10 +81,10 @@ impl PassedPieces {
             let (end, start) = (before.at(before.length()).point, piece.at(0.0).point);
             let skipped = PathPiece::Line { from: end, to: start };
             if self.newest + 1 < reference.number && skipped.length() > 0.0 {
-                self.append(skipped, turns(&before, &skipped));
+                self.append(skipped, before.turns_to(&skipped));
             }
             let before = self.at(self.count - 1).piece;
-            self.append(piece, turns(&before, &piece));
+            self.append(piece, before.turns_to(&piece));
         }
         self.newest = reference.number;
     }
@@ -98,9 +98,4 @@ impl PassedPieces {
     fn at(&self, count: usize) -> PassedPiece {
         self.pieces[count % MOST_PIECES]
     }
-}
-
-/// Whether the path turns by more than about 8° from one piece to the next.
-fn turns(before: &PathPiece, next: &PathPiece) -> bool {
-    before.at(before.length()).tangent.dot(&next.at(0.0).tangent) < CORNER_COS
 }

@@ -11,7 +11,6 @@ use super::passed::PassedPieces;
 use super::speed::Speed;
 use super::{Belief, Controller};
 use crate::Axes;
-use crate::path::CORNER_COS;
 use crate::reference::ReferenceWindow;
 
 /// The input of each of the three actions.
@@ -46,10 +45,7 @@ struct Corners {
 impl Corners {
     /// Whether a corner lies between the tool and the reference some samples from now.
     fn near(&mut self, window: &ReferenceWindow, measured: Axes) -> bool {
-        let turns = |ahead: isize| {
-            let (now, next) = (window.ahead(ahead).foot.tangent, window.ahead(ahead + 1).foot.tangent);
-            now.dot(&next) < CORNER_COS
-        };
+        let turns = |ahead: isize| window.ahead(ahead).foot.turns_to(&window.ahead(ahead + 1).foot);
         self.passed.foot(window.ahead(0), measured).before_corner || (0..self.ahead).any(turns)
     }
 }

@@ -3,7 +3,6 @@
 
 use super::kind::Kind;
 use crate::drive::Drive;
-use crate::path::{CORNER_COS, PathPiece};
 use crate::plant::Friction;
 use crate::profile::DriveProfile;
 use crate::run::Task;
@@ -38,9 +37,6 @@ impl Environment {
         let pieces = task.path.pieces();
         let turning =
             pieces.iter().map(|piece| piece.at(0.0).curvature.abs() * task.feed).fold(0.0, f64::max);
-        let turns = |pair: &[PathPiece]| {
-            pair[0].at(pair[0].length()).tangent.dot(&pair[1].at(0.0).tangent) < CORNER_COS
-        };
         let [x, y] = task.plant.drives();
         let alike = |a: f64, b: f64| (a - b).abs() <= model_error.max(0.01) * a.max(b);
         let jump =
@@ -48,7 +44,7 @@ impl Environment {
         Self {
             model_error,
             turning,
-            corners: pieces.windows(2).any(turns),
+            corners: pieces.windows(2).any(|pair| pair[0].turns_to(&pair[1])),
             disturbed: task.cutting.is_some()
                 || task.plant.axes.iter().any(|axis| axis.friction != Friction::None),
             matched: alike(x.gain, y.gain) && alike(x.time_constant_s, y.time_constant_s),

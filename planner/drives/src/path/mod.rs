@@ -41,6 +41,12 @@ pub fn left_of(direction: Axes) -> Axes {
 }
 
 impl Foot {
+    /// Whether the path turns by more than about 8° from this point to `next`.
+    #[must_use]
+    pub fn turns_to(&self, next: &Self) -> bool {
+        self.tangent.dot(&next.tangent) < CORNER_COS
+    }
+
     /// Signed distance of `from` from this point, pulses: positive to the left of the path.
     #[must_use]
     pub fn distance(&self, from: Axes) -> f64 {
@@ -55,6 +61,12 @@ impl PathPiece {
     #[must_use]
     pub fn arc(centre: Axes, from: Axes, sweep: f64) -> Self {
         Self::Arc(ArcView::starting_at(Vec2::new(from.x, from.y), Vec2::new(centre.x, centre.y), sweep))
+    }
+
+    /// Whether the path has a corner between this piece and `next`.
+    #[must_use]
+    pub fn turns_to(&self, next: &Self) -> bool {
+        self.at(self.length()).turns_to(&next.at(0.0))
     }
 
     /// Length, pulses.
@@ -328,8 +340,7 @@ impl Path {
         let beyond = |index: usize| -> Option<f64> {
             let (end, next) = (self.pieces.get(index)?, self.pieces.get(index + 1)?);
             let (end, next) = (end.at(end.length()), next.at(0.0));
-            let turns = end.tangent.dot(&next.tangent) < CORNER_COS;
-            turns.then(|| (point - foot.point).dot(&end.tangent))
+            end.turns_to(&next).then(|| (point - foot.point).dot(&end.tangent))
         };
         let before = on.checked_sub(1).and_then(beyond);
         [before, beyond(on)].into_iter().flatten().fold(0.0, f64::max)
@@ -343,7 +354,7 @@ const ROUNDING: f64 = 1e-9;
 /// Number of arcs of an ellipse.
 const ELLIPSE_ARCS: u32 = 720;
 /// Two tangents form a corner if the cosine of their angle is below this (about 8°).
-pub const CORNER_COS: f64 = 0.99;
+const CORNER_COS: f64 = 0.99;
 
 /// The arc from `from` through `by` to `to`. Points on a straight line give a line.
 fn through(from: Axes, by: Axes, to: Axes) -> PathPiece {
