@@ -75,7 +75,7 @@ const HEAD: &str = "# Koren & Lo 1992, reproduced\n\n\
     - CCC computes the contour error by eqs. (15) to (17). While a corner lies between tool and reference, it is\n  \
     the exact distance to the path instead. *CCC with the exact contour error* always takes the exact distance.\n\
     - \"I off at corners\": the integral action adds nothing from one time constant before a corner until the tool\n  \
-    has passed it. *PID with ZPETC* is the drive's zero-phase inverse with PID on what is left.\n\
+    has passed it. *PID with ZPETC* adds a PID law on the remaining error to the drive's zero-phase inverse.\n\
     - A model error of \"2 %\" means gains +2 %, −2 % and time constants −2 %, +2 % on X, Y.\n\
     - Integrals and differences begin at zero.\n\
     - The reference moves at full feed from the first sample on.\n\

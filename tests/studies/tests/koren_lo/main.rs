@@ -137,7 +137,7 @@ fn recommended_gain_is_that_of_equation_7() {
     assert!((recommended_gain(0.01, 0.045) - 10.0).abs() < 1e-12);
 }
 
-/// The printed eq. (5) is dimensionally wrong. The corrected one holds for any period and time constant.
+/// Eq. (5) in the units of section 7 holds for any period and time constant, and the printed form agrees with it.
 #[test]
 fn load_on_a_line_causes_the_error_of_equation_5() {
     let (kp, feed) = (1.3, Axes::new(900.0, 500.0));
@@ -230,8 +230,8 @@ fn figure_13_the_model_error_where_both_are_equal() {
     let zpetc = |by| row.figures_off(Kind::Zpetc, by, CROSSED).contour.times(UM).rms;
     assert!(zpetc(0.0) < ccc.rms);
     assert!(zpetc(0.02) > ccc.rms && zpetc(0.05) > ccc.rms);
-    // Find the error in the time constant of one axis at which both RMS errors are equal.
-    // With our reading of the paper's "2 %", the crossing is far below its 0.5 %.
+    // The model error at which both RMS errors are equal: in the time constant of one axis, and with our reading of
+    // the paper's "2 %", where it is far below its 0.5 %.
     for (signs, crossing) in [([0.0, 1.0, 0.0, 0.0], 0.0051), (CROSSED, 0.000_15)] {
         let wrong = |by| row.figures_off(Kind::Zpetc, by, signs).contour.times(UM).rms;
         let (mut low, mut high) = (0.0, 0.02);
@@ -239,7 +239,7 @@ fn figure_13_the_model_error_where_both_are_equal() {
             let middle = f64::midpoint(low, high);
             if wrong(middle) < ccc.rms { low = middle } else { high = middle }
         }
-        near(low, crossing, 0.1, "crossing");
+        near(low, crossing, 0.095, "crossing");
     }
 }
 

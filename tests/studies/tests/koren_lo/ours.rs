@@ -31,10 +31,10 @@ fn contouring_is_stable_with_an_unknown_delay() {
         for signs in sign_patterns() {
             let mut controller = row.controller(Kind::Contouring, 0.05, signs);
             let run = row.task.run(controller.as_mut());
-            let half = run.moving / 2;
+            let (first, second) = run.in_motion().split_at(run.moving / 2);
             let of =
                 |moments: &[Moment]| Spread::of(moments.iter().map(|moment| moment.contour_error)).times(UM);
-            let (before, after) = (of(&run.moments[..half]), of(&run.moments[half..run.moving]));
+            let (before, after) = (of(first), of(second));
             let name = &row.row.name;
             assert!(after.rms < 2.0 * before.rms.max(prompt.rms), "{name} {signs:?}: {before:?} {after:?}");
             assert!(after.max < 100.0, "{name} {signs:?}: {after:?}");
@@ -118,8 +118,8 @@ fn integral_action_leaves_no_steady_error() {
     let row = Row::named("S1");
     let lag = |kind| {
         // Measure before the end of the path is in the window.
-        let moments = task.run(row.controller(kind, 0.0, [0.0; 4]).as_mut()).moments;
-        let late = &moments[moments.len() * 9 / 10];
+        let run = task.run(row.controller(kind, 0.0, [0.0; 4]).as_mut());
+        let late = &run.in_motion()[run.moving * 9 / 10];
         (late.reference - late.position).norm()
     };
     let kinds = [Kind::Pid, Kind::StateFeedback, Kind::Lq, Kind::OptimalCcc, Kind::Gpc, Kind::Contouring];
