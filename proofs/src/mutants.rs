@@ -108,20 +108,17 @@ pub fn of_list(text: &str) -> io::Result<Vec<ListedMutant>> {
     Ok(serde_json::from_str(text)?)
 }
 
-/// The rows of an `outcomes.json` that cargo-mutants wrote for the code under `root` as it is now.
+/// The fates of an `outcomes.json` that cargo-mutants wrote, by the names of the mutants.
 ///
 /// # Errors
-/// When the text is something else, or a file of the code cannot be read.
-pub fn of_outcomes(root: &Path, text: &str) -> io::Result<Vec<MutantRow>> {
+/// When the text is something else.
+pub fn of_outcomes(text: &str) -> io::Result<BTreeMap<String, MutantFate>> {
     let outcomes: Outcomes = serde_json::from_str(text)?;
-    let mut rows = Vec::new();
-    for outcome in outcomes.outcomes {
-        let Scenario::Mutant(ListedMutant { name, file }) = outcome.scenario else { continue };
-        let Some(fate) = MutantFate::of_summary(&outcome.summary) else { continue };
-        let digest = digest(root, &file)?;
-        rows.push(MutantRow { name, file, fate, digest });
-    }
-    Ok(rows)
+    let fate = |outcome: Outcome| match outcome.scenario {
+        Scenario::Baseline => None,
+        Scenario::Mutant(mutant) => Some((mutant.name, MutantFate::of_summary(&outcome.summary)?)),
+    };
+    Ok(outcomes.outcomes.into_iter().filter_map(fate).collect())
 }
 
 fn digest(root: &Path, file: &str) -> io::Result<String> {
@@ -141,23 +138,35 @@ pub struct MutantTable {
 }
 
 impl MutantTable {
-    /// The kept rows and the new ones, which replace kept ones. Rows of files that changed since, and of
-    /// mutants that are not listed, are left out.
+    /// The kept rows, and the new fates of the code as it is now, which replace them. Rows of files that changed
+    /// since, and of mutants that are not listed, are left out.
     ///
     /// # Errors
     /// When a listed file cannot be read.
-    pub fn new(root: &Path, listed: Vec<ListedMutant>, new: Vec<MutantRow>) -> io::Result<Self> {
+    pub fn new(
+        root: &Path,
+        listed: Vec<ListedMutant>,
+        new: &BTreeMap<String, MutantFate>,
+    ) -> io::Result<Self> {
         let kept = fs::read_to_string(table(root)).unwrap_or_default();
-        let mut by_name: BTreeMap<String, MutantRow> = BTreeMap::new();
-        for row in kept.lines().filter_map(MutantRow::of_line).chain(new) {
-            by_name.insert(row.name.clone(), row);
-        }
+        let kept = kept.lines().filter_map(MutantRow::of_line).map(|row| (row.name.clone(), row));
+        let kept: BTreeMap<String, MutantRow> = kept.collect();
         let mut files: BTreeMap<String, Vec<String>> = BTreeMap::new();
-        let mut rows = Vec::new();
         for mutant in listed {
-            let digest = digest(root, &mutant.file)?;
-            rows.extend(by_name.remove(&mutant.name).filter(|row| row.digest == digest));
             files.entry(mutant.file).or_default().push(mutant.name);
+        }
+        let mut rows = Vec::new();
+        for (file, names) in &files {
+            let digest = digest(root, file)?;
+            for name in names {
+                let kept = kept.get(name).filter(|row| row.digest == digest).map(|row| row.fate);
+                rows.extend(new.get(name).copied().or(kept).map(|fate| MutantRow {
+                    name: name.clone(),
+                    file: file.clone(),
+                    fate,
+                    digest: digest.clone(),
+                }));
+            }
         }
         Ok(Self { listed: files, rows })
     }
@@ -271,9 +280,9 @@ mod tests {
     }
 
     fn table_of(root: &Path, outcomes: &str) -> MutantTable {
-        let new = of_outcomes(root, outcomes).expect("the outcomes are read");
+        let new = of_outcomes(outcomes).expect("the outcomes are read");
         let listed = of_list(LIST).expect("the list is read");
-        MutantTable::new(root, listed, new).expect("the table is made")
+        MutantTable::new(root, listed, &new).expect("the table is made")
     }
 
     #[test]

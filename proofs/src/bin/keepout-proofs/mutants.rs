@@ -1,5 +1,6 @@
 //! `mutants`: keeps the outcomes of cargo-mutants, and writes their page.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -23,11 +24,11 @@ impl KeepMutants {
 
     fn try_run(&self) -> io::Result<bool> {
         let root = faults::workspace();
-        let mut new = Vec::new();
+        let mut new = BTreeMap::new();
         for file in &self.outcomes {
             let named = |error: io::Error| io::Error::other(format!("{}: {error}", file.display()));
             let text = std::fs::read_to_string(file).map_err(named)?;
-            new.extend(mutants::of_outcomes(&root, &text).map_err(named)?);
+            new.extend(mutants::of_outcomes(&text).map_err(named)?);
         }
         let (mut listed, mut settings) = (Vec::new(), Vec::new());
         for part in mutants::PARTS {
@@ -35,7 +36,7 @@ impl KeepMutants {
             settings.push(std::fs::read_to_string(&file)?);
             listed.extend(list(&root, &file)?);
         }
-        let table = MutantTable::new(&root, listed, new)?;
+        let table = MutantTable::new(&root, listed, &new)?;
         write_whole(&root.join("proofs/results/mutants.tsv"), table.text().as_bytes())?;
         write_whole(&root.join("docs/safety/mutants.md"), table.page(&settings).as_bytes())?;
         table.missed().for_each(|name| println!("missed: {name}"));
