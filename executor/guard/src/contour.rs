@@ -263,11 +263,10 @@ impl Guard {
         if contour.sent == 0 {
             return Ok(());
         }
-        let last = contour.sent.max(contour.first + 1).min(contour.motions.len());
         // The first motion begins where the tool was reported at rest, so its tolerance is larger. Each other
         // motion begins where the motion before it ended.
         let tolerance = |k: usize| if k == 0 { self.set.resolutions(BELIEVED) } else { resolution };
-        let on = (contour.first..last).find(|&k| {
+        let on = (contour.first..contour.sent).find(|&k| {
             let motion = &contour.motions[k];
             lies_on(point, &motion.curve, tolerance(k), interpolation)
                 && motion.passes(height, &heights, if k == 0 { BELIEVED } else { 1 })

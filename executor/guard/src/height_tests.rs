@@ -229,3 +229,20 @@ fn cancel_that_strays_must_be_clear_below() {
         }
     }
 }
+
+/// After a cancel that may stray, a report must agree in its place and in its height.
+#[test]
+fn height_after_a_cancel_that_strays_must_be_near_the_set() {
+    for (z, believed) in
+        [(3000, true), (3000 + 2 * RESOLUTION, true), (3000 + 2 * RESOLUTION + 1, true), (20, false)]
+    {
+        let mut guard = guard(true);
+        guard.learn_of_cancels(OnCancel::MayStray, Some(1_000_000_000));
+        guard.locate(at(5000, 5000, 3000)).unwrap();
+        guard.jog(at(5000, 5500, 3000), 1).unwrap();
+        guard.acknowledged().unwrap();
+        guard.cancel().unwrap();
+        let seen = rest(&mut guard, at(5000, 5100, z));
+        assert_eq!(seen.is_ok(), believed, "{z} {seen:?}");
+    }
+}

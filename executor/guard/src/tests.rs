@@ -1,5 +1,8 @@
 //! Tests of the guard, with hand-made cases and an adversary.
 
+#[path = "contour_tests.rs"]
+mod contours;
+
 use alloc::sync::Arc;
 
 use keepout_kernel::curve::nearest_unit;
