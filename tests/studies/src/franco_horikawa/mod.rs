@@ -15,6 +15,8 @@ pub mod page;
 pub mod paper;
 pub mod parallel;
 pub mod picture;
+mod prediction;
 pub mod results;
 pub mod scenario;
+pub mod stopping;
 pub mod tables;

@@ -3,11 +3,14 @@
 
 use std::fmt::Write as _;
 
+use keepout_drives::controllers::kind::Kind;
 use keepout_planner::Mm2;
 use keepout_planner::report::table::markdown;
 
 use super::attempt::real;
 use super::delays::Looked;
+use super::finishing::Finished;
+use super::prediction::{mean, prediction};
 use super::results::{PaperRow, Results};
 use super::scenario::Scenarios;
 use super::tables::{paper_table, percent};
@@ -29,11 +32,11 @@ pub fn page(scenarios: &Scenarios, results: &Results) -> String {
     text += SETTING;
     shapes(&mut text, scenarios);
     delays(&mut text, results);
-    prediction(&mut text, results);
+    text += &prediction(results);
     ours(&mut text, results);
     pictures(&mut text, scenarios);
     let _ = write!(text, "{CLEARING}{}", markdown(&results.clearing_table()));
-    let _ = write!(text, "{FINISHING}{}", markdown(&results.finishing_table()));
+    let _ = write!(text, "{FINISHING}{}{}", markdown(&results.finishing_table()), finishing_verdict(results));
     let _ = write!(text, "{HANDWHEEL}{}", markdown(&results.handwheel_table()));
     text += LIMITS;
     for row in paper_table(&results.by_x).iter().enumerate().filter(|(n, row)| *n < 1 || row[0] != "2 (a)") {
@@ -178,11 +181,6 @@ fn triangle(results: &Results, tolerance_mm: f64) -> Vec<&PaperRow> {
     rows.filter(|row| (row.reported.tolerance_mm - tolerance_mm).abs() < 1e-9).collect()
 }
 
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (count, sum) = values.fold((0, 0.0), |(count, sum), value| (count + 1, sum + value));
-    sum / real(u64::max(count, 1))
-}
-
 fn summary(text: &mut String, results: &Results) {
     let ours = results.ours_together();
     let reported =
@@ -258,39 +256,6 @@ fn delays(text: &mut String, results: &Results) {
     );
 }
 
-/// Cells for a group of rows: their number, the number within chance, and the mean absolute errors of the
-/// success (percentage points) and of the under-cutting (mm).
-fn errors(rows: &[&PaperRow]) -> [String; 4] {
-    let success = mean(rows.iter().map(|row| row.success_error().abs()));
-    let under_cutting = mean(rows.iter().filter_map(|row| Some(row.under_cutting_error()?.abs())));
-    let within = rows.iter().filter(|row| row.is_within_chance()).count();
-    [rows.len().to_string(), within.to_string(), format!("{success:.1}"), format!("{under_cutting:.2}")]
-}
-
-fn prediction(text: &mut String, results: &Results) {
-    *text += "## Tables 2 and 3, reported and found\n\n";
-    *text += &markdown(&paper_table(&results.paper));
-    *text += "\n*Within chance*: take the success of our simulation as the true share. Then both the\n\
-              reported number of successes or fewer, and this number or more, have a probability of at\n\
-              least 2.5 %.\n\n\
-              Mean absolute errors:\n\n";
-    let names = ["rows", "count", "within chance", "success, percentage points", "under-cutting, mm"];
-    let mut table = vec![names.map(String::from).to_vec()];
-    type Which = fn(&PaperRow) -> bool;
-    let kinds: [(&str, Which); 3] = [
-        ("Table 2, fitted", |row| row.reported.calibrates),
-        ("Table 2, predicted", |row| !row.reported.calibrates && row.reported.table != "3"),
-        ("Table 3, predicted", |row| row.reported.table == "3"),
-    ];
-    for (name, which) in kinds {
-        let rows: Vec<&PaperRow> = results.paper.iter().filter(|row| which(row)).collect();
-        let mut cells = vec![name.to_string()];
-        cells.extend(errors(&rows));
-        table.push(cells);
-    }
-    *text += &markdown(&table);
-}
-
 fn ours(text: &mut String, results: &Results) {
     let together = results.ours_together();
     let _ = writeln!(
@@ -314,6 +279,29 @@ fn ours(text: &mut String, results: &Results) {
     let mut driven = results.clone();
     driven.ours.clone_from(&results.driven);
     *text += &markdown(&driven.ours_by_speed());
+}
+
+/// Which of the two controllers has the smaller errors, in how many rows.
+fn finishing_verdict(results: &Results) -> String {
+    let (mut all, mut larger, mut larger_rms) = (0, 0, 0);
+    let ours = results.finishing.iter().filter(|row| row.controller == Kind::Contouring.names().1);
+    for row in ours {
+        let same = |other: &&Finished| {
+            (&other.profile, other.passes) == (&row.profile, row.passes)
+                && other.stock_mm == row.stock_mm
+                && other.controller == Kind::Gpc.names().1
+        };
+        let Some(gpc) = results.finishing.iter().find(same) else { continue };
+        all += 1;
+        larger += u32::from(row.max_mm > gpc.max_mm);
+        larger_rms += u32::from(row.rms_mm > gpc.rms_mm);
+    }
+    format!(
+        "\nThe largest error of the contouring MPC is greater than that of GPC in {larger} of {all} rows, and its \
+         RMS error in\n{larger_rms}. A margin covers the largest error, so GPC is the better controller for these \
+         modules. The weights of\nthe contouring MPC were found on the drives of Koren & Lo, and were not found \
+         again for these.\n"
+    )
 }
 
 fn pictures(text: &mut String, scenarios: &Scenarios) {

@@ -106,12 +106,13 @@ pub fn chart(results: &Results) -> String {
     let ours = results.ours.first().map_or(0.0, |row| row.tolerance_mm);
     let mark = Element::new("rect").fixed("x", x(ours) - 4.5, 1);
     let mark = mark.fixed("y", y(results.ours_together().success()) - 4.5, 1);
-    let named = format_args!("Keepout, T = {ours:.3} mm, 12 to 1200 mm/s");
+    let fastest = results.driven.iter().filter_map(|row| row.found.fastest_mm_s).fold(0.0, f64::max);
+    let named = format_args!("Keepout, T = {ours:.3} mm, 12 to {fastest:.0} mm/s (the fastest reached)");
     let named = text((x(ours) + 10.0, y(1.0) - 8.0), 1, named);
     body.draw(&[mark.set("width", 9).set("height", 9).fill(OURS), named.fill(OURS)]);
-    let slow = text((x(2.6), y(0.2)), 1, "12 mm/s: line found, dots reported (full: fitted)");
+    let slow = text((x(2.6), y(0.2)), 1, "12 mm/s: line found, dots reported");
     body.draw(&[slow.fill(SLOW)]);
-    body.draw(&[text((x(2.6), y(0.2) + 15.0), 1, "18 mm/s").fill(QUICK)]);
+    body.draw(&[text((x(2.6), y(0.2) + 15.0), 1, "18 mm/s. Full dots: fitted. Bars: 95 %").fill(QUICK)]);
     sheet((WIDTH, HEIGHT), 11, &body)
 }
 
@@ -121,7 +122,11 @@ fn curve(body: &mut Lines, rows: &[&PaperRow], colour: &str, place: impl Fn(f64,
     body.draw(&[polyline(found.trim_end()).outline(colour, 2)]);
     for row in rows {
         let fill = if row.reported.calibrates { colour } else { "#fff" };
-        let at = place(row.reported.tolerance_mm, row.reported.success());
+        // The two feeds stand beside each other.
+        let tolerance_mm = row.reported.tolerance_mm + if colour == SLOW { -0.04 } else { 0.04 };
+        let bar = row.reported.interval().map(|share| place(tolerance_mm, share));
+        body.draw(&[polyline(points(bar.into_iter(), 1).trim_end()).outline(colour, 1)]);
+        let at = place(tolerance_mm, row.reported.success());
         body.draw(&[circle(at, 1, 4).fill(fill).stroke(colour, 1.5)]);
     }
 }

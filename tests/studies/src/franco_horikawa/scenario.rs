@@ -80,6 +80,36 @@ impl Reported {
     pub fn success(&self) -> f64 {
         f64::from(self.successes) / f64::from(self.attempts)
     }
+
+    /// The true shares of successes that agree with the row, at 95 %: the interval of Wilson (1927).
+    #[must_use]
+    pub fn interval(&self) -> [f64; 2] {
+        const DEVIATIONS_2: f64 = 1.96 * 1.96;
+        let (share, attempts) = (self.success(), f64::from(self.attempts));
+        let centre = share + DEVIATIONS_2 / (2.0 * attempts);
+        let spread = share * (1.0 - share) / attempts + DEVIATIONS_2 / (4.0 * attempts * attempts);
+        let half = DEVIATIONS_2.sqrt() * spread.sqrt();
+        [centre - half, centre + half].map(|end| end / (1.0 + DEVIATIONS_2 / attempts))
+    }
+
+    /// Whether the number of successes agrees with a true share.
+    ///
+    /// It agrees if both this number or fewer, and this number or more, have a probability of at least 2.5 %.
+    #[must_use]
+    pub fn is_within_chance(&self, share: f64) -> bool {
+        // With a share of 0 or 1, only the same share agrees. The terms below would be NaN.
+        if share <= 0.0 || share >= 1.0 {
+            return (self.success() - share).abs() < 1e-9;
+        }
+        let mut term = (1.0 - share).powf(f64::from(self.attempts));
+        let (mut fewer, mut more) = (0.0, 0.0);
+        for count in 0..=self.attempts {
+            fewer += if count <= self.successes { term } else { 0.0 };
+            more += if count >= self.successes { term } else { 0.0 };
+            term *= f64::from(self.attempts - count) / f64::from(count + 1) * share / (1.0 - share);
+        }
+        fewer >= 0.025 && more >= 0.025
+    }
 }
 
 /// Reasons for which the study can not run.

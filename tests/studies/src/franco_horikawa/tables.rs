@@ -247,23 +247,8 @@ impl PaperRow {
     }
 
     /// Whether the reported number of successes agrees with our success as the true share.
-    ///
-    /// It agrees if both the reported number or fewer, and the reported number or more, have a probability of
-    /// at least 2.5 %.
     #[must_use]
     pub fn is_within_chance(&self) -> bool {
-        let (share, attempts) = (self.found.success(), self.reported.attempts);
-        // With a share of 0 or 1, only the same share agrees. The terms below would be NaN.
-        if share <= 0.0 || share >= 1.0 {
-            return (self.reported.success() - share).abs() < 1e-9;
-        }
-        let mut term = (1.0 - share).powf(f64::from(attempts));
-        let (mut fewer, mut more) = (0.0, 0.0);
-        for count in 0..=attempts {
-            fewer += if count <= self.reported.successes { term } else { 0.0 };
-            more += if count >= self.reported.successes { term } else { 0.0 };
-            term *= f64::from(attempts - count) / f64::from(count + 1) * share / (1.0 - share);
-        }
-        fewer >= 0.025 && more >= 0.025
+        self.reported.is_within_chance(self.found.success())
     }
 }
