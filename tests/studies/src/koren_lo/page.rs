@@ -47,7 +47,7 @@ pub fn page(progress: &mut dyn FnMut(usize, usize)) -> Result<Page, DriveProfile
     let mut pictures = Vec::new();
     text.push_str(
         "\n## The figures\n\n\
-         Each panel has its own scale. The panel of the path magnifies errors across the path.\n",
+         All panels of a figure have one scale. The panel of the path magnifies errors across the path.\n",
     );
     for (number, each) in FIGURES.iter().enumerate() {
         pictures.extend(figure_of(&mut text, each, &scenarios)?);

@@ -12,7 +12,7 @@ use super::scenario::PathShape;
 /// Side of a panel.
 const SIDE: f64 = 190.0;
 /// Space between panels.
-const GAP: f64 = 26.0;
+const GAP: f64 = 44.0;
 /// Height of the text above a panel.
 const HEAD: f64 = 34.0;
 /// Number of panels side by side.
@@ -21,15 +21,39 @@ const COLUMNS: usize = 6;
 const POINTS: usize = 700;
 /// Height of a panel of errors over time.
 const TIME_HEIGHT: f64 = 90.0;
+/// Height of the words below a panel.
+const FOOT: f64 = 16.0;
 
-/// Picture of a row: one panel per controller, each with its own scale. Runs that diverge are missing.
+/// The scale of all panels of a picture.
+struct Scale {
+    /// Largest error that the panels of errors over time show, µm.
+    division: f64,
+    /// Half the side of a panel of a corner, pulses.
+    reach: f64,
+}
+
+impl Scale {
+    fn of(row: &Row, shown: &[&ControllerEntry]) -> Self {
+        let largest = |of: fn(&Moment) -> f64| {
+            let moments = shown.iter().flat_map(|entry| entry.outcome.in_motion());
+            moments.map(of).fold(0.0, f64::max)
+        };
+        let worst = largest(|moment| moment.contour_error.abs());
+        // Half the panel shows three times the error.
+        let reach = (3.0 * worst.max(largest(|moment| moment.overshoot))).max(1.0);
+        Self { division: division(worst * row.um()), reach }
+    }
+}
+
+/// Picture of a row: one panel per controller, all with one scale. Runs that diverge are missing.
 #[must_use]
 pub fn svg(row: &Row) -> String {
     let shown: Vec<&ControllerEntry> =
         row.entries.iter().filter(|entry| entry.outcome.figures.contour.max < 1e6).collect();
     let columns = shown.len().clamp(1, COLUMNS);
     let with_path = !matches!(row.scenario.path, PathShape::Line { .. });
-    let panel_height = HEAD + TIME_HEIGHT + if with_path { SIDE + 8.0 } else { 0.0 };
+    let panel_height = HEAD + TIME_HEIGHT + FOOT + if with_path { SIDE + FOOT } else { 0.0 };
+    let scale = Scale::of(row, &shown);
     let lines = shown.len().div_ceil(COLUMNS).max(1);
     let (width, height) =
         (count(columns) * (SIDE + GAP) + GAP, count(lines) * (panel_height + GAP) + GAP + 22.0);
@@ -41,7 +65,8 @@ pub fn svg(row: &Row) -> String {
         let x = GAP + count(number % COLUMNS) * (SIDE + GAP);
         let y = GAP + 22.0 + count(number / COLUMNS) * (panel_height + GAP);
         let place = format_args!("translate({x:.1} {y:.1})");
-        body.draw(&[Element::new("g").set("transform", place).lines(&panel(row, entry, with_path))]);
+        let drawn = panel(row, entry, &scale, with_path.then_some(number));
+        body.draw(&[Element::new("g").set("transform", place).lines(&drawn)]);
     }
     sheet((width, height), 11, &body)
 }
@@ -51,21 +76,21 @@ fn count(number: usize) -> f64 {
     number as f64
 }
 
-fn panel(row: &Row, entry: &ControllerEntry, with_path: bool) -> Lines {
+/// The panel of a controller. `path` is its number if it shows the path, too.
+fn panel(row: &Row, entry: &ControllerEntry, scale: &Scale, path: Option<usize>) -> Lines {
     let contour = entry.outcome.figures.contour.times(row.um());
     let errors = format!("RMS {} · max {} µm", figure(contour.rms), figure(contour.max));
     let mut body = Lines::default();
     body.draw(&[Element::new("text").set("y", 11).text(entry.name())]);
     body.draw(&[Element::new("text").set("y", 25).fill("#555").text(errors)]);
     let moments = entry.outcome.in_motion();
-    let division = division(contour.max);
-    over_time(&mut body, moments, row.um(), division);
-    if with_path {
+    over_time(&mut body, moments, row.um(), scale.division);
+    if let Some(number) = path {
         let drawn = match row.scenario.path {
-            PathShape::Corner { .. } => at_corner(row, moments),
-            _ => magnified(row, moments, division),
+            PathShape::Corner { .. } => at_corner(row, moments, scale.reach, number),
+            _ => magnified(row, moments, scale.division),
         };
-        let place = format_args!("translate(0 {:.1})", HEAD + TIME_HEIGHT + 8.0);
+        let place = format_args!("translate(0 {:.1})", HEAD + TIME_HEIGHT + FOOT);
         body.draw(&[Element::new("g").set("transform", place).lines(&drawn)]);
     }
     body
@@ -85,9 +110,15 @@ fn curve(at: impl Iterator<Item = (f64, f64)>, (colour, width): (&str, f64)) -> 
     polyline(&points(at, 1)).outline(colour, width)
 }
 
-/// Note at the left side of a panel, `y` pixels below its upper edge.
+/// Words below a panel whose lower edge is at `y`.
 fn note(y: f64, words: &str) -> Element {
-    Element::new("text").set("x", 3).fixed("y", y, 1).fill("#555").set("font-size", 9).text(words)
+    label((0.0, y + 11.0), "start", words)
+}
+
+/// Small words.
+fn label((x, y): (f64, f64), anchor: &str, words: &str) -> Element {
+    let place = Element::new("text").fixed("x", x, 1).fixed("y", y, 1).set("text-anchor", anchor);
+    place.fill("#555").set("font-size", 9).text(words)
 }
 
 /// Colour and width of the line of a curve.
@@ -103,7 +134,13 @@ fn over_time(body: &mut Lines, moments: &[Moment], um: f64, division: f64) {
     let frame = Element::new("rect").set("y", top).set("width", SIDE).set("height", TIME_HEIGHT);
     body.draw(&[frame.fill("none").set("stroke", "#ccc")]);
     body.draw(&[axis.stroke(PATH.0, PATH.1)]);
-    body.draw(&[note(top + 10.0, &format!("±{} µm over {last:.2} s", plain(division)))]);
+    let bottom = top + TIME_HEIGHT;
+    for (y, value) in
+        [(top + 8.0, plain(division)), (middle + 3.0, "0 µm".into()), (bottom, plain(-division))]
+    {
+        body.draw(&[label((-4.0, y), "end", &value)]);
+    }
+    body.draw(&[note(bottom, "0 s"), label((SIDE, bottom + 11.0), "end", &format!("{last:.2} s"))]);
     let at = |moment: &Moment| {
         (moment.at_s / last * SIDE, middle - moment.contour_error * um / division * TIME_HEIGHT / 2.0 * 0.95)
     };
@@ -136,15 +173,21 @@ fn magnified(row: &Row, moments: &[Moment], division: f64) -> Lines {
     };
     let mut body = Lines::default();
     body.draw(&[curve(outline.iter().map(|&point| place(point)), PATH)]);
-    let across = SIDE * 0.14 / (division / row.um()) / scale;
+    let across = round_below(SIDE * 0.14 / (division / row.um()) / scale);
     let shown = thinned(moments).map(|moment| {
         let number = path.at(0.0).map_or(0, |(number, _)| number);
         let foot = path.nearest(moment.position, nearest_piece(row, moment, number));
         place(foot.point + keepout_drives::path::left_of(foot.tangent) * moment.contour_error * across)
     });
     body.draw(&[curve(shown, CURVE)]);
-    body.draw(&[note(SIDE - 3.0, &format!("across the path × {across:.0}"))]);
+    body.draw(&[note(SIDE, &format!("errors across the path × {across:.0}"))]);
     body
+}
+
+/// The largest of 1, 2, 5, 10, 20 and so on that is not above the value. At least 1.
+fn round_below(value: f64) -> f64 {
+    let power = 10_f64.powf(value.max(1.0).log10().floor());
+    [5.0, 2.0].into_iter().map(|digit| digit * power).find(|&round| round <= value).unwrap_or(power)
 }
 
 /// Number of the piece that the reference is on.
@@ -158,20 +201,16 @@ fn nearest_piece(row: &Row, moment: &Moment, first: usize) -> usize {
     (0..pieces.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(first)
 }
 
-/// Draws the corner, at a scale that fits the error.
-fn at_corner(row: &Row, moments: &[Moment]) -> Lines {
+/// Draws the corner. `reach` is half the side of the panel, pulses.
+fn at_corner(row: &Row, moments: &[Moment], reach: f64, number: usize) -> Lines {
     let mut body = Lines::default();
     let Some(tip) = row.task.path.pieces().get(1).map(|piece| piece.at(0.0).point) else { return body };
-    let worst =
-        moments.iter().map(|moment| moment.contour_error.abs().max(moment.overshoot)).fold(0.0, f64::max);
-    // Half the panel shows three times the error.
-    let reach = (3.0 * worst).max(1.0);
     let scale = SIDE / 2.0 / reach;
     let place = |point: Axes| {
         let off = (point - tip) * scale;
         (SIDE / 2.0 + off.x, SIDE / 2.0 - off.y)
     };
-    let clip = format!("corner-{}-{:.0}", row.scenario.name, worst * 1e6);
+    let clip = format!("corner-{}-{number}", row.scenario.name);
     let frame = Element::new("rect").set("width", SIDE).set("height", SIDE);
     body.draw(&[Element::new("clipPath").set("id", &clip).with(&frame)]);
     body.draw(&[frame.fill("none").set("stroke", "#ccc")]);
@@ -181,7 +220,7 @@ fn at_corner(row: &Row, moments: &[Moment]) -> Lines {
     let near = moments.iter().filter(|moment| (moment.position - tip).amax() <= 2.0 * reach);
     curves.draw(&[curve(near.map(|moment| place(moment.position)), CURVE)]);
     body.draw(&[Element::new("g").set("clip-path", format_args!("url(#{clip})")).lines(&curves)]);
-    body.draw(&[note(SIDE - 3.0, &format!("{} µm from edge to edge", figure(2.0 * reach * row.um())))]);
+    body.draw(&[note(SIDE, &format!("{} µm from edge to edge", figure(2.0 * reach * row.um())))]);
     body
 }
 
@@ -208,6 +247,11 @@ mod tests {
             assert!(!picture.contains("NaN") && !picture.contains("inf"));
             assert_eq!(picture.matches("<g").count(), picture.matches("</g>").count());
         }
+    }
+
+    #[test]
+    fn magnifications_are_round_and_not_above_the_value() {
+        assert_eq!([0.3, 1.9, 4.0, 169_697.0].map(round_below), [1.0, 1.0, 2.0, 100_000.0]);
     }
 
     #[test]
