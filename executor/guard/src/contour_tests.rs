@@ -112,12 +112,13 @@ fn arc_at_the_limit_of_its_sweep_is_permitted() {
 fn reports_beside_an_arc_are_believed_to_the_unit() {
     let (centre, radius) = (at(-12_000, 0), 5000);
     let (from, to) = (at(-7000, 0), at(-12_000, radius));
-    // The arc is the second motion. The believed distance is 205 units.
+    // The arc is the second motion. The believed distance is 205 units, and one more for the rounding of the
+    // radius: 4795 to 5206 units from the centre.
     for (x, y, believed) in [
-        (-12_000 + 3000 + 123, 4000 + 164, true),
-        (-12_000 + 3000 + 126, 4000 + 168, false),
-        (-12_000 + 3000 - 123, 4000 - 164, true),
-        (-12_000 + 3000 - 126, 4000 - 168, false),
+        (-12_000 + 3990, 3344, true),
+        (-12_000 + 1143, 5080, false),
+        (-12_000 + 2877, 3836, true),
+        (-12_000 + 2256, 4230, false),
         (-7000, -205, true),
         (-7000, -206, false),
         (-12_205, radius, true),

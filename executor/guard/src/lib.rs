@@ -312,10 +312,8 @@ impl Guard {
     /// The target stays in the set. If the line arrived twice, the controller can reject one copy and accept
     /// the other.
     pub fn refused(&mut self) -> bool {
-        if self.unacknowledged() != 1
-            || self.contour.is_some()
-            || self.set.lines.back().map(|line| line.number) != Some(self.sent)
-        {
+        // The set has no motion of a contour.
+        if self.unacknowledged() != 1 || self.set.lines.back().map(|line| line.number) != Some(self.sent) {
             return false;
         }
         self.acknowledged = self.sent;
