@@ -74,7 +74,11 @@ fn theorems_that_run_no_code_are_tied_to_it() {
 fn every_fault_is_noticed() {
     let rows = faults::results::read();
     for fault in faults::catalogue().expect("the catalogue is here") {
-        assert!(faults::results::is_settled(&rows, &fault), "{}: run `faults --left`", fault.name);
+        assert!(
+            faults::results::is_settled(&rows, &fault),
+            "{}: run `faults --left`, or the example `seeded` of fuzzing",
+            fault.name
+        );
     }
 }
 
