@@ -92,7 +92,7 @@ fn state_tells_each_step_of_a_contour() {
     assert_ne!(guard.state(), half);
 }
 
-/// The cosine of −1/8 is the limit.
+/// The limit of the sweep has a cosine of −1/8.
 #[test]
 fn arc_at_the_limit_of_its_sweep_is_permitted() {
     for (beyond, permitted) in [(0, true), (1, false)] {
