@@ -37,6 +37,31 @@ pub struct Held {
     pub b1: f64,
 }
 
+/// Exact discrete model of a drive whose commands act a share of the period late: in the first part of a period the
+/// command before acts, in the rest the command of now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldLate {
+    /// `exp(−T/tau)`.
+    pub decay: f64,
+    /// Distance covered in a period per unit of initial speed, without a command, s.
+    pub run: f64,
+    /// Speed gained in a period per bit of the command before and of now, pulses/(s·bit).
+    pub push: [f64; 2],
+    /// Distance covered in a period per bit of the command before and of now, pulses/bit.
+    pub reach: [f64; 2],
+}
+
+impl HeldLate {
+    /// The motion one period later, under net commands of `before` and `now`, bits.
+    #[must_use]
+    pub fn after(&self, from: DriveMotion, [before, now]: [f64; 2]) -> DriveMotion {
+        DriveMotion {
+            position: from.position + self.run * from.velocity + self.reach[0] * before + self.reach[1] * now,
+            velocity: self.decay * from.velocity + self.push[0] * before + self.push[1] * now,
+        }
+    }
+}
+
 impl Drive {
     /// The discrete model for a period of `period_s`.
     #[must_use]
@@ -50,6 +75,18 @@ impl Drive {
             push: gain * (1.0 - decay),
             b0: gain * (period_s - run),
             b1: gain * (run - period_s * decay),
+        }
+    }
+
+    /// The discrete model for commands that act a share of the period late.
+    #[must_use]
+    pub fn held_late(self, period_s: f64, share: f64) -> HeldLate {
+        let [before, now] = [share, 1.0 - share].map(|part| self.held(part * period_s));
+        HeldLate {
+            decay: now.decay * before.decay,
+            run: before.run + now.run * before.decay,
+            push: [now.decay * before.push, now.push],
+            reach: [before.b0 + now.run * before.push, now.b0],
         }
     }
 
@@ -174,6 +211,20 @@ mod tests {
         assert!(
             (whole.position - euler.position).abs() < 1e-5 && (whole.velocity - euler.velocity).abs() < 1e-3
         );
+    }
+
+    /// The late model is the drive under two commands, one after the other.
+    #[test]
+    fn late_command_is_integrated_exactly() {
+        let from = DriveMotion { position: 3.0, velocity: -20.0 };
+        let late = DRIVE.held_late(0.004, 0.3).after(from, [17.0, -5.0]);
+        let parts = DRIVE.after(DRIVE.after(from, 17.0, 0.0012), -5.0, 0.0028);
+        assert!((late.position - parts.position).abs() < 1e-12);
+        assert!((late.velocity - parts.velocity).abs() < 1e-12);
+        let held = DRIVE.held(0.004);
+        let on_time = DRIVE.held_late(0.004, 0.0);
+        assert_eq!([on_time.run, on_time.push[1], on_time.reach[1]], [held.run, held.push, held.b0]);
+        assert_eq!([on_time.push[0], on_time.reach[0]], [0.0; 2]);
     }
 
     /// The transfer function gives the same positions as the state equations.

@@ -18,6 +18,7 @@
 pub mod budget;
 pub mod controllers;
 pub mod drive;
+pub mod gains;
 pub mod interpolated;
 pub mod interpolator;
 pub mod metrics;
@@ -27,6 +28,7 @@ pub mod profile;
 pub mod reference;
 pub mod run;
 pub mod stream;
+pub mod tuning;
 
 /// One value for each axis, X and Y.
 pub type Axes = nalgebra::Vector2<f64>;

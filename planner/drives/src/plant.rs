@@ -25,6 +25,18 @@ pub enum Friction {
     },
 }
 
+impl Friction {
+    /// The friction of a moving axis, bits.
+    #[must_use]
+    pub fn coulomb_bits(&self) -> f64 {
+        match *self {
+            Self::None => 0.0,
+            Self::Reference(level) => level,
+            Self::Stick { coulomb, .. } => coulomb,
+        }
+    }
+}
+
 /// One axis of the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
@@ -187,12 +199,7 @@ impl Plant {
     fn largest_acceleration(&self, command: Axes, load: &Load) -> f64 {
         let on = |index: usize| {
             let axis = &self.model.axes[index];
-            let friction = match axis.friction {
-                Friction::None => 0.0,
-                Friction::Reference(level) => level,
-                Friction::Stick { coulomb, .. } => coulomb,
-            };
-            let bits = (command[index] - load.cutting[index]).abs() + friction;
+            let bits = (command[index] - load.cutting[index]).abs() + axis.friction.coulomb_bits();
             (self.motors[index].velocity.abs() + axis.drive.gain * bits) / axis.drive.time_constant_s
         };
         f64::hypot(on(0), on(1))

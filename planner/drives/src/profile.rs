@@ -9,9 +9,9 @@ use thiserror::Error;
 
 use super::controllers::Belief;
 use super::controllers::kind::{Kind, Setting};
-use super::controllers::law::PidGains;
 use super::controllers::selection::Environment;
 use super::drive::Drive;
+use super::gains::Gains;
 use super::plant::{Axis, Friction, MOST_DELAY, PlantModel};
 use super::run::Cutting;
 
@@ -82,18 +82,6 @@ pub struct CuttingProfile {
     pub at_feed_mm_min: f64,
     /// Angle between force and tangent, degrees.
     pub angle_deg: f64,
-}
-
-/// Gains of the paper's controllers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Gains {
-    /// Kp of the P controller, bits/pulse.
-    pub proportional: f64,
-    /// Gains of the PID controller.
-    pub pid: PidGains,
-    /// Gains of W(z), the PID law of the cross-coupling controller.
-    pub cross_coupling: PidGains,
 }
 
 /// Largest deviation of the drives from the model, as shares.
@@ -233,7 +221,6 @@ impl DriveProfile {
             ("uncertainty.gain", self.uncertainty.gain, (0.0, 0.9)),
             ("uncertainty.time_constant", self.uncertainty.time_constant, (0.0, 0.9)),
             ("uncertainty.delay_samples", self.uncertainty.delay_samples, (0.0, 1.0)),
-            ("gains.proportional", self.gains.proportional, (1e-9, 1e9)),
         ];
         let names = [
             ["x.gain", "x.time_constant_s", "x.coulomb_bits", "x.stiction_bits", "x.backlash_mm"],
@@ -248,20 +235,8 @@ impl DriveProfile {
                 (backlash, axis.backlash_mm, (0.0, 10.0)),
             ]);
         }
-        let names = [
-            ["gains.pid.proportional", "gains.pid.integral", "gains.pid.derivative"],
-            [
-                "gains.cross_coupling.proportional",
-                "gains.cross_coupling.integral",
-                "gains.cross_coupling.derivative",
-            ],
-        ];
-        let laws = [self.gains.pid, self.gains.cross_coupling];
-        for (law, [proportional, integral, derivative]) in laws.iter().zip(names) {
-            figures.push((proportional, law.proportional, (1e-9, 1e9)));
-            figures.push((integral, law.integral, (0.0, 1e9)));
-            figures.push((derivative, law.derivative, (0.0, 1e9)));
-        }
+        let gains = self.gains.figures().into_iter();
+        figures.extend(gains.map(|each| (each.field, each.value, each.range.into_inner())));
         if let Some(cutting) = self.cutting {
             figures.push(("cutting.bits", cutting.bits, (0.0, 1e9)));
             figures.push(("cutting.at_feed_mm_min", cutting.at_feed_mm_min, (1.0, 600_000.0)));
@@ -301,13 +276,22 @@ impl DriveProfile {
         }
     }
 
-    /// The drive model of a controller that knows these drives exactly.
+    /// The drive model of a controller that knows these drives.
     #[must_use]
     pub fn belief(&self) -> Belief {
         let Self { period_s, limit_bits: limit, whole_numbers, delay_samples, .. } = *self;
-        let cutting = self.cutting.map_or(0.0, |cutting| cutting.bits);
-        let load_bits = (4.0 * self.x.coulomb_bits.max(self.y.coulomb_bits)).max(cutting).max(1.0);
-        Belief { drives: self.drives(), period_s, limit, whole_numbers, delay_samples, load_bits }
+        // The middle of the range in which the delay lies.
+        let delay_share = (self.uncertainty.delay_samples / 2.0).clamp(0.0, 0.999);
+        let coulomb_bits = [self.x.coulomb_bits, self.y.coulomb_bits];
+        Belief {
+            drives: self.drives(),
+            period_s,
+            limit,
+            whole_numbers,
+            delay_samples,
+            delay_share,
+            coulomb_bits,
+        }
     }
 
     /// The settings of a controller that knows these drives exactly.

@@ -9,7 +9,7 @@ use super::drive_feedforward::DriveFeedforward;
 use super::exact_inverse::ExactInverse;
 use super::inverse_filter::InverseFilter;
 use super::matching::Matching;
-use super::optimal::{Index, linear_quadratic};
+use super::optimal::linear_quadratic;
 use super::optimal_cross_coupling::OptimalCrossCoupling;
 use super::pid::{self, Pid, Structure};
 use super::pid_zero_phase::PidZeroPhase;
@@ -20,8 +20,8 @@ use super::selection::Environment;
 use super::state_feedback::StateFeedback;
 use super::zero_phase::ZeroPhase;
 use super::{Belief, Controller};
+use crate::gains::{Design, Gains};
 use crate::plant::MOST_DELAY;
-use crate::profile::Gains;
 
 /// A kind of controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -149,7 +149,8 @@ impl Kind {
     /// A repetitive controller needs a path that repeats. An optimal controller needs an optimum.
     #[must_use]
     pub fn built(self, setting: &Setting) -> Option<Box<dyn Controller>> {
-        let Setting { belief, gains: Gains { proportional, pid, cross_coupling }, .. } = *setting;
+        let Setting { belief, gains: Gains { proportional, pid, cross_coupling, design }, .. } = *setting;
+        let Design { quickness, index, contour, predictive_effort, contouring } = design;
         let period_s = belief.period_s;
         let in_structure = |structure| Box::new(Pid::new(structure, pid, period_s));
         let coupled = |estimate| CrossCoupling::new(&belief, proportional, cross_coupling, estimate);
@@ -165,7 +166,7 @@ impl Kind {
                 Box::new(Pid::new(Structure::OnError, pid, period_s).without_integral_at_corners(&belief))
             }
             Self::PidZpetc => Box::new(PidZeroPhase::new(&belief, pid)),
-            Self::StateFeedback => Box::new(StateFeedback::new(&belief)),
+            Self::StateFeedback => Box::new(StateFeedback::new(&belief, quickness)),
             Self::ExactInverse => Box::new(ExactInverse::new(&belief, proportional)),
             Self::DriveFeedforward => Box::new(DriveFeedforward::new(&belief, proportional)),
             Self::Zpetc => Box::new(ZeroPhase::new(&belief, proportional)),
@@ -173,15 +174,15 @@ impl Kind {
             Self::Ccc => Box::new(coupled(ErrorEstimate::Modelled)),
             Self::CccFeedforward => Box::new(coupled(ErrorEstimate::Modelled).with_feedforward(&belief)),
             Self::CccExact => Box::new(coupled(ErrorEstimate::Exact)),
-            Self::Lq => Box::new(linear_quadratic(&belief, Index::default())),
-            Self::OptimalCcc => Box::new(OptimalCrossCoupling::new(&belief, Index::default())?),
-            Self::Gpc => Box::new(Predictive::new(&belief)?),
+            Self::Lq => Box::new(linear_quadratic(&belief, index)?),
+            Self::OptimalCcc => Box::new(OptimalCrossCoupling::new(&belief, index, contour)?),
+            Self::Gpc => Box::new(Predictive::new(&belief, predictive_effort)?),
             Self::AdaptiveZpetc => Box::new(Adaptive::new(&belief, proportional)),
             Self::Matching => Box::new(Matching::new(&belief, proportional)),
             Self::Repetitive => Box::new(Repetitive::new(&belief, proportional, setting.round?)),
             // The choice is one of the kinds above, never Selection itself.
             Self::Selection => return setting.environment.choice().built(setting),
-            Self::Contouring => Box::new(Contouring::new(&belief)),
+            Self::Contouring => Box::new(Contouring::new(&belief, contouring)?),
         })
     }
 }

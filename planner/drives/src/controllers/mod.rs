@@ -27,6 +27,7 @@ pub mod zero_phase;
 
 use super::Axes;
 use super::drive::Drive;
+use super::plant::PlantModel;
 use super::profile::Uncertainty;
 use super::reference::ReferenceWindow;
 
@@ -52,12 +53,21 @@ pub struct Belief {
     pub whole_numbers: bool,
     /// Delay of the commands, samples. Only the contouring controller uses it.
     pub delay_samples: usize,
-    /// Size of a sudden load change, bits. At a reversal the load changes by twice the friction. Twice that
-    /// change, or the cutting force, is a good value.
-    pub load_bits: f64,
+    /// The rest of the delay, as a share of a sample: from 0 to below 1. Where the delay is uncertain, the middle of
+    /// its range. Only the contouring controller uses it.
+    pub delay_share: f64,
+    /// Coulomb friction of X and Y, bits. Only the contouring controller uses it.
+    pub coulomb_bits: [f64; 2],
 }
 
 impl Belief {
+    /// The same model with the limit and the friction of a plant.
+    #[must_use]
+    pub fn on(&self, plant: &PlantModel) -> Self {
+        let coulomb_bits = plant.axes.map(|axis| axis.friction.coulomb_bits());
+        Self { limit: plant.limit, coulomb_bits, ..*self }
+    }
+
     /// The same model with errors of these shares and signs: gain and time constant of X, then of Y.
     #[must_use]
     pub fn off_by(&self, by: Uncertainty, signs: [f64; 4]) -> Self {

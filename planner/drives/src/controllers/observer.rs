@@ -2,34 +2,25 @@
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
-use crate::drive::{Drive, Held};
-
-/// Noise of the observer's model: standard deviations per sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wander {
-    /// Random change of the speed, pulses/s.
-    pub speed: f64,
-    /// Random change of the load, bits.
-    pub load: f64,
-    /// Noise of a measurement, pulses.
-    pub measurement: f64,
-}
+use crate::drive::{DriveMotion, HeldLate};
 
 /// Estimator of position (pulses), speed (pulses/s) and load (bits) of an axis, with the steady gain of a
 /// Kalman filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observer {
-    held: Held,
+    held: HeldLate,
     gain: Vector3<f64>,
     state: Option<Vector3<f64>>,
+    /// The command before, bits.
+    before: f64,
 }
 
 impl Observer {
-    /// An observer of a drive. The load is modelled as a random walk.
+    /// An observer of a drive. The load is a random walk with steps of `load`, bits, for measurements with a noise of
+    /// one pulse.
     #[must_use]
-    pub fn new(drive: Drive, period_s: f64, wander: Wander) -> Self {
-        let held = drive.held(period_s);
-        Self { held, gain: steady_gain(&held, wander), state: None }
+    pub fn new(held: HeldLate, load: f64) -> Self {
+        Self { held, gain: steady_gain(&held, load), state: None, before: 0.0 }
     }
 
     /// Updates the estimate with a measured position, pulses, and returns it. The first measurement counts as
@@ -44,10 +35,18 @@ impl Observer {
     /// Predicts the state one period later under `command`, bits.
     pub fn go_on(&mut self, command: f64) {
         if let Some(state) = &mut self.state {
-            let net = command - state[2];
-            let [position, speed] = [state[0], state[1]];
-            state[0] = position + self.held.run * speed + self.held.b0 * net;
-            state[1] = self.held.decay * speed + self.held.push * net;
+            let [position, velocity, load] = [state[0], state[1], state[2]];
+            let net = [self.before - load, command - load];
+            let next = self.held.after(DriveMotion { position, velocity }, net);
+            (state[0], state[1]) = (next.position, next.velocity);
+        }
+        self.before = command;
+    }
+
+    /// Replaces the estimated load, bits.
+    pub fn load_is(&mut self, load: f64) {
+        if let Some(state) = &mut self.state {
+            state[2] = load;
         }
     }
 }
@@ -55,16 +54,16 @@ impl Observer {
 /// Number of iterations of the Riccati equation. It converges much earlier.
 const RICCATI: u32 = 5000;
 
-fn steady_gain(held: &Held, wander: Wander) -> Vector3<f64> {
-    let step = Matrix3::new(1.0, held.run, -held.b0, 0.0, held.decay, -held.push, 0.0, 0.0, 1.0);
+fn steady_gain(held: &HeldLate, load: f64) -> Vector3<f64> {
+    let [reach, push] = [held.reach, held.push].map(|by| by[0] + by[1]);
+    let step = Matrix3::new(1.0, held.run, -reach, 0.0, held.decay, -push, 0.0, 0.0, 1.0);
     let look = RowVector3::new(1.0, 0.0, 0.0);
-    let process = Matrix3::from_diagonal(&Vector3::new(0.0, wander.speed.powi(2), wander.load.powi(2)));
-    let noise = wander.measurement.powi(2);
-    let mut spread = process * 100.0;
+    let process = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, load.powi(2)));
+    let mut spread = Matrix3::identity() + process * 100.0;
     let mut gain = Vector3::zeros();
     for _ in 0..RICCATI {
         let seen = spread * look.transpose();
-        gain = seen / (seen[0] + noise);
+        gain = seen / (seen[0] + 1.0);
         let after = spread - gain * seen.transpose();
         spread = step * after * step.transpose() + process;
     }
@@ -74,13 +73,13 @@ fn steady_gain(held: &Held, wander: Wander) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::DriveMotion;
+    use crate::drive::Drive;
 
     /// The observer estimates a constant load from the positions of the drive.
     #[test]
     fn constant_load_is_estimated() {
         let drive = Drive { gain: 10.0, time_constant_s: 0.045 };
-        let mut observer = Observer::new(drive, 0.004, Wander { speed: 1.0, load: 200.0, measurement: 0.05 });
+        let mut observer = Observer::new(drive.held_late(0.004, 0.0), 4000.0);
         let (mut motion, held) = (DriveMotion::default(), drive.held(0.004));
         let mut known = Vector3::zeros();
         for k in 0..200 {

@@ -17,8 +17,6 @@ type Gain = SMatrix<f64, 2, 6>;
 
 /// Number of directions in half a turn. The index is the same for opposite directions.
 const DIRECTIONS: usize = 48;
-/// Weight of the squared contour error, relative to the squared tracking error.
-const CONTOUR: f64 = 25.0;
 
 /// State feedback of both axes, with gains from a table of path directions.
 #[derive(Clone, Debug)]
@@ -32,14 +30,14 @@ pub struct OptimalCrossCoupling {
 }
 
 impl OptimalCrossCoupling {
-    /// The controller for this index plus the contour error. `None` if the index has no optimum.
+    /// The controller for this index plus `contour` times the squared contour error. `None` if there is no optimum.
     #[must_use]
-    pub fn new(belief: &Belief, index: Index) -> Option<Self> {
+    pub fn new(belief: &Belief, index: Index, contour: f64) -> Option<Self> {
         let mut gains = Box::new([Gain::zeros(); DIRECTIONS]);
         for (number, gain) in gains.iter_mut().enumerate() {
             #[expect(clippy::cast_precision_loss, reason = "a small count")]
             let angle = std::f64::consts::PI * number as f64 / DIRECTIONS as f64;
-            *gain = along(belief, index, Axes::new(angle.cos(), angle.sin()))?;
+            *gain = along(belief, index, contour, Axes::new(angle.cos(), angle.sin()))?;
         }
         Some(Self {
             gains,
@@ -67,9 +65,9 @@ impl OptimalCrossCoupling {
 }
 
 /// The gain for a path in the direction `tangent`: positions, speeds, then integrals of both axes.
-fn along(belief: &Belief, index: Index, tangent: Axes) -> Option<Gain> {
+fn along(belief: &Belief, index: Index, contour: f64, tangent: Axes) -> Option<Gain> {
     let normal = left_of(tangent);
-    let weight = Matrix2::identity() + normal * normal.transpose() * CONTOUR;
+    let weight = Matrix2::identity() + normal * normal.transpose() * contour;
     let mut step = SMatrix::<f64, 6, 6>::zeros();
     let mut input = SMatrix::<f64, 6, 2>::zeros();
     let mut state_cost = SMatrix::<f64, 6, 6>::zeros();
@@ -86,7 +84,7 @@ fn along(belief: &Belief, index: Index, tangent: Axes) -> Option<Gain> {
     }
     state_cost.fixed_view_mut::<2, 2>(0, 0).copy_from(&weight);
     state_cost.fixed_view_mut::<2, 2>(4, 4).copy_from(&(weight * index.integral));
-    optimal::regulator(&step, &input, &state_cost, &input_cost, |m| m.try_inverse())
+    Some(optimal::regulator(&step, &input, &state_cost, &input_cost, |m| m.try_inverse())?.gain)
 }
 
 /// `vector`, rotated by the rotation from `from` to `to`, which are unit vectors.

@@ -12,8 +12,6 @@ use crate::reference::ReferenceWindow;
 
 /// Number of predicted samples.
 pub const HORIZON: usize = 15;
-/// Weight of an increment, in terms of the distance that it causes in one sample.
-const EFFORT: f64 = 1600.0;
 
 /// The model `A(z⁻¹)·Δ·p = B(z⁻¹)·Δu` of one axis, with its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +31,7 @@ struct Axis {
 
 impl Axis {
     /// The axis model and its gains. `None` if the normal matrix has no inverse.
-    fn new(held: &Held) -> Option<Self> {
+    fn new(held: &Held, effort: f64) -> Option<Self> {
         let [_, a1, a2] = held.poles();
         let mut axis = Self {
             recursion: [1.0 - a1, a1 - a2, a2],
@@ -48,7 +46,7 @@ impl Axis {
         let by_increments =
             SMatrix::<f64, HORIZON, HORIZON>::from_fn(|i, j| if i >= j { response[i - j] } else { 0.0 });
         let mut normal = by_increments.transpose() * by_increments;
-        normal += SMatrix::identity() * (EFFORT * held.b0 * held.b0);
+        normal += SMatrix::identity() * (effort * held.b0 * held.b0);
         let inverse = normal.try_inverse()?;
         axis.row = (inverse * by_increments.transpose()).row(0).transpose();
         Some(axis)
@@ -93,10 +91,11 @@ pub struct Predictive {
 }
 
 impl Predictive {
-    /// GPC for the drive model `belief`. `None` if the gains can not be computed.
+    /// GPC for the drive model `belief`. `effort` is the weight of an increment, in terms of the distance that it
+    /// causes in one sample. `None` if the gains can not be computed.
     #[must_use]
-    pub fn new(belief: &Belief) -> Option<Self> {
-        let [x, y] = belief.drives.map(|drive| Axis::new(&drive.held(belief.period_s)));
+    pub fn new(belief: &Belief, effort: f64) -> Option<Self> {
+        let [x, y] = belief.drives.map(|drive| Axis::new(&drive.held(belief.period_s), effort));
         Some(Self { axes: [x?, y?], limit: belief.limit.unwrap_or(f64::INFINITY) })
     }
 }

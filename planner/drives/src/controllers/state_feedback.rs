@@ -17,16 +17,13 @@ pub struct StateGains {
     pub integral: f64,
 }
 
-/// Frequency of the poles, times tau.
-const QUICKNESS: f64 = 1.2;
-
 impl StateGains {
     /// The gains that place the poles of `tau·s³ + (1 + K·ks)s² + K·kp·s + K·ki`: one at `−w`, and a pair of
-    /// frequency `w` with a damping of 0.707.
+    /// frequency `w = quickness/tau` with a damping of 0.707.
     #[must_use]
-    pub fn placing(drive: Drive) -> Self {
+    pub fn placing(drive: Drive, quickness: f64) -> Self {
         let tau = drive.time_constant_s;
-        let w = QUICKNESS / tau;
+        let w = quickness / tau;
         let spread = 1.0 + std::f64::consts::SQRT_2;
         Self {
             position: tau * w * w * spread / drive.gain,
@@ -48,8 +45,8 @@ pub struct StateFeedback {
 impl StateFeedback {
     /// State feedback with gains by pole placement.
     #[must_use]
-    pub fn new(belief: &Belief) -> Self {
-        Self::with(belief.drives.map(StateGains::placing), belief.period_s)
+    pub fn new(belief: &Belief, quickness: f64) -> Self {
+        Self::with(belief.drives.map(|drive| StateGains::placing(drive, quickness)), belief.period_s)
     }
 
     /// State feedback with these gains for X and Y.
@@ -79,8 +76,8 @@ mod tests {
     #[test]
     fn poles_are_where_they_were_placed() {
         let drive = Drive { gain: 10.0, time_constant_s: 0.045 };
-        let gains = StateGains::placing(drive);
-        let w = QUICKNESS / 0.045;
+        let gains = StateGains::placing(drive, 1.2);
+        let w = 1.2 / 0.045;
         // s = −w must be a root.
         let at = |s: f64| {
             0.045 * s.powi(3)

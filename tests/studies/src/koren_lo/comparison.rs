@@ -84,9 +84,8 @@ impl Row {
     #[must_use]
     pub fn setting(&self, error: ModelError) -> Setting {
         let mut setting = self.machine.setting(Environment::of(&self.task, error.share));
-        setting.belief.limit = self.task.plant.limit;
         let by = Uncertainty { gain: error.share, time_constant: error.share, delay_samples: 0.0 };
-        setting.belief = setting.belief.off_by(by, error.signs);
+        setting.belief = setting.belief.on(&self.task.plant).off_by(by, error.signs);
         setting.round = self.scenario.round(&self.machine);
         setting
     }

@@ -9,7 +9,6 @@ use std::f64::consts::TAU;
 use keepout_drives::Axes;
 use keepout_drives::budget::{BudgetRequest, budget, sign_patterns};
 use keepout_drives::controllers::Controller;
-use keepout_drives::controllers::contouring::Contouring;
 use keepout_drives::controllers::cross_coupling::ContourError;
 use keepout_drives::controllers::kind::{Kind, Setting};
 use keepout_drives::controllers::law::Law;
@@ -53,9 +52,8 @@ impl Row {
     fn setting(&self, by: f64, signs: [f64; 4]) -> Setting {
         let environment = Environment::of(&self.task, by);
         let mut setting = self.machine.setting(environment);
-        setting.belief.limit = self.task.plant.limit;
-        setting.belief =
-            setting.belief.off_by(Uncertainty { gain: by, time_constant: by, delay_samples: 0.0 }, signs);
+        let off = Uncertainty { gain: by, time_constant: by, delay_samples: 0.0 };
+        setting.belief = setting.belief.on(&self.task.plant).off_by(off, signs);
         setting
     }
 

@@ -50,7 +50,7 @@ fn contouring_compensates_a_known_delay() {
     row.task.plant.delay_samples = 3;
     let mut setting = row.setting(0.0, [0.0; 4]);
     setting.belief.delay_samples = 3;
-    let found = row.task.run(&mut Contouring::new(&setting.belief)).figures.contour.times(UM);
+    let found = row.task.run(Kind::Contouring.built(&setting).unwrap().as_mut()).figures.contour.times(UM);
     assert!(found.rms < ccc.rms && found.max < ccc.max, "{found:?}, without delay CCC {ccc:?}");
 }
 

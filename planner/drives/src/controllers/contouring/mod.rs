@@ -1,0 +1,381 @@
+//! Contouring model-predictive control with a disturbance observer.
+//!
+//! It predicts the positions over a horizon and minimises three costs: their distances from the *path*, their
+//! lags *along* the path behind the reference (with a smaller weight), and changes of the command that the path does
+//! not ask for. What comes after the horizon costs the value of the Riccati equation (`Tail`). Commands stay within
+//! the amplifier's limit.
+//!
+//! The costs are linearised at the point of the path nearest to each predicted position. The first pass uses
+//! the plan of the previous sample, the second pass the new plan. Lags are measured along the path. At a
+//! sharp corner they draw the tool to the tip and around it, never back. A Kalman observer of each axis
+//! estimates position, speed and load.
+
+mod model;
+mod places;
+mod weights;
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use super::box_program::BoxProgram;
+use super::observer::Observer;
+use super::{Belief, Controller};
+use crate::Axes;
+use crate::drive::{DriveMotion, HeldLate};
+use crate::path::left_of;
+use crate::plant::MOST_DELAY;
+use crate::reference::{ReferenceSample, ReferenceWindow};
+use model::{Prediction, Response, Tail};
+use places::{Pieces, Place};
+pub use weights::Weights;
+
+/// Number of predicted samples.
+pub const HORIZON: usize = 15;
+/// Number of passes that search for the nearest points and solve the program.
+const LOOKS: usize = 2;
+/// Number of commands of both axes over the horizon.
+const COMMANDS: usize = 2 * HORIZON;
+/// Distance of the reference in a sample up to which an axis stands, pulses.
+const STANDING: f64 = 1e-3;
+
+/// The contouring controller with its observers and its current plan.
+#[derive(Clone, Debug)]
+pub struct Contouring {
+    weights: Weights,
+    belief: Belief,
+    held: [HeldLate; 2],
+    responses: [Response; 2],
+    /// Weight of a change of command, 1/bits².
+    efforts: [f64; 2],
+    /// The costs after the horizon across the path, and along it.
+    tails: [Tail; 2],
+    /// Commands that do not act yet because of the delay, oldest first. The first `delay` entries are in use.
+    pending: [Axes; MOST_DELAY],
+    delay: usize,
+    /// The command that acts since the last sample, without the friction.
+    acting: Axes,
+    observers: [Observer; 2],
+    commands: SVector<f64, COMMANDS>,
+    predicted: Option<[Axes; HORIZON]>,
+    last: Axes,
+    /// The command that the path asks for in the first sample of the plan before.
+    asked: Option<Axes>,
+    /// First piece that the plan has not passed yet.
+    left: Option<usize>,
+}
+
+impl Contouring {
+    /// The controller for a drive model, with these weights. `None` if there is no optimum.
+    #[must_use]
+    pub fn new(belief: &Belief, weights: Weights) -> Option<Self> {
+        let period_s = belief.period_s;
+        let held = belief.drives.map(|drive| drive.held_late(period_s, belief.delay_share));
+        let effort = weights.effort();
+        let mean = belief.drives.iter().map(|drive| drive.time_constant_s).sum::<f64>() / 2.0;
+        let tail = |weight| Tail::new(mean, period_s, weight, effort);
+        Some(Self {
+            weights,
+            belief: *belief,
+            held,
+            responses: held.map(|held| Response::of(&held)),
+            efforts: belief.drives.map(|drive| effort * drive.held(period_s).b0.powi(2)),
+            tails: [tail(1.0)?, tail(weights.lag)?],
+            pending: [Axes::zeros(); MOST_DELAY],
+            delay: belief.delay_samples.min(MOST_DELAY),
+            acting: Axes::zeros(),
+            observers: std::array::from_fn(|axis| {
+                Observer::new(held[axis], weights.load(belief.drives[axis], period_s))
+            }),
+            commands: SVector::zeros(),
+            predicted: None,
+            last: Axes::zeros(),
+            asked: None,
+            left: None,
+        })
+    }
+
+    /// The friction against the motion of the reference at a sample, bits.
+    fn friction(&self, sample: &ReferenceSample) -> Axes {
+        let step = sample.velocity() * self.belief.period_s;
+        let [x, y] = self.belief.coulomb_bits;
+        let against = |level: f64, step: f64| if step.abs() > STANDING { level * step.signum() } else { 0.0 };
+        Axes::new(against(x, step.x), against(y, step.y))
+    }
+
+    /// Prediction under the pending commands and then commands of zero.
+    fn free(&self, window: &ReferenceWindow, known: &[Vector3<f64>; 2]) -> Prediction {
+        let mut motions = known.map(|state| DriveMotion { position: state[0], velocity: state[1] });
+        let mut before = self.acting;
+        let mut ahead = 0;
+        let mut go_on = |command: Axes| {
+            let load = load_at(window, known, ahead);
+            let command = command - self.friction(window.ahead(ahead));
+            for (axis, (motion, held)) in motions.iter_mut().zip(&self.held).enumerate() {
+                *motion = held.after(*motion, [before[axis] - load[axis], command[axis] - load[axis]]);
+            }
+            before = command;
+            ahead += 1;
+            motions
+        };
+        for &command in &self.pending[..self.delay] {
+            go_on(command);
+        }
+        let mut speed = Axes::zeros();
+        let positions = std::array::from_fn(|_| {
+            let [x, y] = go_on(Axes::zeros());
+            speed = Axes::new(x.velocity, y.velocity);
+            Axes::new(x.position, y.position)
+        });
+        Prediction { positions, speed }
+    }
+
+    /// Appends `command` to the pending commands, and returns the command that acts in the next period.
+    fn next_acting(&mut self, command: Axes) -> Axes {
+        if self.delay == 0 {
+            return command;
+        }
+        let first = self.pending[0];
+        self.pending.copy_within(1..self.delay, 0);
+        self.pending[self.delay - 1] = command;
+        first
+    }
+
+    /// Number of samples from now to the predicted position `i`.
+    #[expect(clippy::cast_possible_wrap, reason = "at most the horizon and the longest delay")]
+    fn ahead(&self, i: usize) -> isize {
+        (i + 1 + self.delay) as isize
+    }
+
+    /// Predicted positions under the planned commands.
+    fn planned(&self, free: &Prediction) -> [Axes; HORIZON] {
+        std::array::from_fn(|i| {
+            let mut position = free.positions[i];
+            for j in 0..=i {
+                for axis in 0..2 {
+                    position[axis] +=
+                        self.responses[axis].positions[i - j] * self.commands[axis * HORIZON + j];
+                }
+            }
+            position
+        })
+    }
+
+    /// Distance that the reference covers along the path in the sample after the predicted position `i`, pulses.
+    fn step_at(&self, window: &ReferenceWindow, i: usize) -> f64 {
+        let ahead = self.ahead(i);
+        window.ahead(ahead + 1).along - window.ahead(ahead).along
+    }
+
+    /// The lag of a predicted position behind the reference, pulses.
+    fn lag(&self, window: &ReferenceWindow, place: &Place, i: usize) -> f64 {
+        window.ahead(self.ahead(i)).along - place.along - place.tangent.dot(&(place.expected - place.point))
+    }
+
+    /// The weight of that lag.
+    fn lag_share(&self, window: &ReferenceWindow, place: &Place, i: usize) -> f64 {
+        self.weights.lag_share(self.lag(window, place, i), self.step_at(window, i))
+    }
+
+    /// The motion of a tool that follows the reference exactly, at the predicted position `i`: its velocity, and the
+    /// command until then as a steady velocity, pulses/s.
+    fn ideal(&self, window: &ReferenceWindow, i: usize) -> [Axes; 2] {
+        let at = |by: isize| window.position(self.ahead(i) + by);
+        let twice_s = 2.0 * self.belief.period_s;
+        let [before, now] = [(at(0) - at(-2)) / twice_s, (at(1) - at(-1)) / twice_s];
+        let command = |axis: usize| {
+            let decay = self.held[axis].decay;
+            (now[axis] - decay * before[axis]) / (1.0 - decay)
+        };
+        [now, Axes::new(command(0), command(1))]
+    }
+
+    /// The nearest points of the path to the planned positions. They never return to a piece that the plan
+    /// has passed, and never advance to a piece that the reference has not reached.
+    fn places(
+        &mut self,
+        window: &ReferenceWindow,
+        pieces: &Pieces,
+        planned: &[Axes; HORIZON],
+    ) -> [Place; HORIZON] {
+        let mut least = self.left.unwrap_or(window.ahead(0).number);
+        let places = std::array::from_fn(|i| {
+            let most = window.ahead(self.ahead(i)).number;
+            let place = pieces.nearest(planned[i], least..=most.max(least));
+            least = place.number;
+            place
+        });
+        self.left = Some(places[0].number);
+        places
+    }
+
+    /// The quadratic program: distances from the path and lags along it, both linearised at `places`, changes of
+    /// command, and what comes after the horizon.
+    fn program(
+        &self,
+        window: &ReferenceWindow,
+        free: &Prediction,
+        known: &[Vector3<f64>; 2],
+        places: &[Place; HORIZON],
+    ) -> BoxProgram<COMMANDS> {
+        let mut hessian = SMatrix::<f64, COMMANDS, COMMANDS>::zeros();
+        let mut linear = SVector::<f64, COMMANDS>::zeros();
+        for (i, place) in places.iter().enumerate() {
+            let Place { point, normal, tangent, .. } = *place;
+            let behind = window.ahead(self.ahead(i)).along - place.along;
+            let share = self.lag_share(window, place, i);
+            let off = free.positions[i] - point;
+            let pull = normal * normal.dot(&off) + tangent * (share * (tangent.dot(&off) - behind));
+            let weigh = |a: usize, b: usize| normal[a] * normal[b] + share * tangent[a] * tangent[b];
+            let weights = [weigh(0, 0), weigh(0, 1), weigh(1, 1)];
+            for j in 0..=i {
+                let [gx, gy] = self.moved(i - j);
+                linear[j] += gx * pull.x;
+                linear[HORIZON + j] += gy * pull.y;
+                for k in 0..=i {
+                    let [hx, hy] = self.moved(i - k);
+                    hessian[(k, j)] += weights[0] * gx * hx;
+                    hessian[(HORIZON + k, HORIZON + j)] += weights[2] * gy * hy;
+                    hessian[(HORIZON + k, j)] += weights[1] * gx * hy;
+                }
+            }
+        }
+        for j in 0..HORIZON {
+            for k in 0..HORIZON {
+                hessian[(j, HORIZON + k)] = hessian[(HORIZON + k, j)];
+            }
+        }
+        self.weigh_tail(window, free, known, &places[HORIZON - 1], &mut hessian, &mut linear);
+        self.weigh_changes(window, places, &mut hessian, &mut linear);
+        BoxProgram { hessian, linear, limit: self.belief.limit }
+    }
+
+    /// Positions of X and Y after `i` samples, for a command of one bit.
+    fn moved(&self, i: usize) -> [f64; 2] {
+        self.responses.map(|response| response.positions[i])
+    }
+
+    /// Adds the cost of what comes after the horizon.
+    fn weigh_tail(
+        &self,
+        window: &ReferenceWindow,
+        free: &Prediction,
+        known: &[Vector3<f64>; 2],
+        place: &Place,
+        hessian: &mut SMatrix<f64, COMMANDS, COMMANDS>,
+        linear: &mut SVector<f64, COMMANDS>,
+    ) {
+        let end = HORIZON - 1;
+        let [velocity, command] = self.ideal(window, end);
+        let gains = self.belief.drives.map(|drive| drive.gain);
+        let load = load_at(window, known, self.ahead(end)) + self.friction(window.ahead(self.ahead(end)));
+        let load = Axes::new(gains[0] * load.x, gains[1] * load.y);
+        let off = free.positions[end] - place.point;
+        let behind = window.ahead(self.ahead(end)).along - place.along;
+        let share = self.lag_share(window, place, end) / self.weights.lag;
+        let directions = [(left_of(place.tangent), 0.0, 1.0), (place.tangent, behind, share)];
+        for ((direction, target, share), tail) in directions.into_iter().zip(&self.tails) {
+            let state = Vector3::new(
+                direction.dot(&off) - target,
+                direction.dot(&(free.speed - velocity)),
+                -direction.dot(&(command + load)),
+            );
+            let by_command = SMatrix::<f64, 3, COMMANDS>::from_fn(|row, column| {
+                let (axis, j) = (column / HORIZON, column % HORIZON);
+                let response = &self.responses[axis];
+                direction[axis]
+                    * match row {
+                        0 => response.positions[end - j],
+                        1 => response.speeds[end - j],
+                        _ if j == end => gains[axis],
+                        _ => 0.0,
+                    }
+            });
+            let weighed = by_command.transpose() * (tail.value * share);
+            *hessian += weighed * by_command;
+            *linear += weighed * state;
+        }
+    }
+
+    /// The command that the reference asks for until the predicted position `i`, bits.
+    fn asked(&self, window: &ReferenceWindow, i: usize) -> Axes {
+        let [_, command] = self.ideal(window, i);
+        let [x, y] = self.belief.drives;
+        let bits = Axes::new(command.x / x.gain, command.y / y.gain);
+        // In its direction, as far as the amplifier goes.
+        self.belief.limit.map_or(bits, |limit| bits * (limit / bits.amax()).min(1.0))
+    }
+
+    /// Adds the cost of changes of command that the path does not ask for.
+    fn weigh_changes(
+        &self,
+        window: &ReferenceWindow,
+        places: &[Place; HORIZON],
+        hessian: &mut SMatrix<f64, COMMANDS, COMMANDS>,
+        linear: &mut SVector<f64, COMMANDS>,
+    ) {
+        let mut before = self.asked.unwrap_or_default();
+        for (number, place) in places.iter().enumerate() {
+            let asked = self.asked(window, number);
+            let share = (self.step_at(window, number) / self.lag(window, place, number).abs()).min(1.0);
+            for axis in 0..2 {
+                let (effort, j) = (self.efforts[axis], axis * HORIZON + number);
+                let change = effort * share * (asked[axis] - before[axis]);
+                hessian[(j, j)] += effort;
+                linear[j] -= change;
+                if number == 0 {
+                    linear[j] -= effort * self.last[axis];
+                } else {
+                    hessian[(j - 1, j - 1)] += effort;
+                    hessian[(j, j - 1)] -= effort;
+                    hessian[(j - 1, j)] -= effort;
+                    linear[j - 1] += change;
+                }
+            }
+            before = asked;
+        }
+    }
+
+    /// Moves the plan on by one sample, and repeats its last command.
+    fn shift(&mut self) {
+        for first in [0, HORIZON] {
+            for j in first..first + HORIZON - 1 {
+                self.commands[j] = self.commands[j + 1];
+            }
+        }
+    }
+}
+
+impl Controller for Contouring {
+    fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
+        let known = [self.observers[0].see(measured.x), self.observers[1].see(measured.y)];
+        let free = self.free(window, &known);
+        let pieces = Pieces::around(window);
+        let mut planned = self.predicted.unwrap_or(std::array::from_fn(|i| window.position(self.ahead(i))));
+        for _ in 0..LOOKS {
+            let places = self.places(window, &pieces, &planned);
+            if let Some(commands) = self.program(window, &free, &known, &places).solved(&self.commands) {
+                self.commands = commands;
+            }
+            planned = self.planned(&free);
+        }
+        self.asked = Some(self.asked(window, 0));
+        let command = Axes::new(self.commands[0], self.commands[HORIZON]);
+        self.last = command;
+        self.acting = self.next_acting(command) - self.friction(window.ahead(0));
+        self.observers[0].go_on(self.acting.x);
+        self.observers[1].go_on(self.acting.y);
+        let load = load_at(window, &known, 1);
+        self.observers[0].load_is(load.x);
+        self.observers[1].load_is(load.y);
+        // In the next sample the plan starts one position later. Its last position is used twice.
+        self.predicted = Some(std::array::from_fn(|i| planned[(i + 1).min(HORIZON - 1)]));
+        self.shift();
+        command
+    }
+}
+
+/// The load some samples ahead, bits. A cutting force turns with the path (eqs. (2) to (4)), and so does the estimate.
+fn load_at(window: &ReferenceWindow, known: &[Vector3<f64>; 2], ahead: isize) -> Axes {
+    let load = Axes::new(known[0][2], known[1][2]);
+    let [from, to] = [0, ahead].map(|ahead| window.ahead(ahead).foot.tangent);
+    to * load.dot(&from) + left_of(to) * load.dot(&left_of(from))
+}
