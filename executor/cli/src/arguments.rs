@@ -69,7 +69,7 @@ pub(crate) enum CliCommand {
     /// tool in a small box, after you confirm. The exit code is 0 if a session can begin. It is 6 if the port
     /// or the controller does not answer, or if its settings do not allow a session.
     Doctor(crate::doctor::DoctorArguments),
-    /// Compute the contour-error term of the margin for feed drives.
+    /// Identify and tune feed drives, and compute or measure the contour-error term of the margin.
     #[command(subcommand)]
     Drives(crate::drives::DrivesCommand),
     /// Simulate a machine behind a pty, to try out hosts and other programs.

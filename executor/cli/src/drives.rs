@@ -1,4 +1,4 @@
-//! The command `drives`: computes the contour-error term of a machine's feed drives.
+//! The command `drives`: the contour-error term of a machine's feed drives, and what leads to it.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,6 +11,10 @@ use keepout_drives::profile::DriveProfile;
 use keepout_planner::machine::{ContourErrorSource, MachineProfile};
 
 use super::CliError;
+use super::drive_tools::{
+    BallbarArguments, ExportArguments, IdentifyArguments, TuneArguments, ballbar, export_gains,
+    identify_drives, tune_drives,
+};
 use super::plan::{given, refuse_same, write};
 
 /// Subcommands of `drives`.
@@ -19,6 +23,14 @@ pub enum DrivesCommand {
     /// Print the contour-error term of the margin for drives at a feed: the worst case over the errors of
     /// their model.
     Budget(BudgetArguments),
+    /// Find gain, time constant, friction and delay of drives from a recorded motion.
+    Identify(IdentifyArguments),
+    /// Propose gains for drives: the least contour error that keeps the margins.
+    Tune(TuneArguments),
+    /// Print the gains of a drive profile in the form of another controller.
+    Export(ExportArguments),
+    /// Take a measured circular test as the contour-error term.
+    Ballbar(BallbarArguments),
 }
 
 #[derive(Debug, Args)]
@@ -44,11 +56,15 @@ pub struct BudgetArguments {
 pub fn drives(command: &DrivesCommand) -> Result<ExitCode, CliError> {
     match command {
         DrivesCommand::Budget(arguments) => work_out(arguments),
+        DrivesCommand::Identify(arguments) => identify_drives(arguments),
+        DrivesCommand::Tune(arguments) => tune_drives(arguments),
+        DrivesCommand::Export(arguments) => export_gains(arguments),
+        DrivesCommand::Ballbar(arguments) => ballbar(arguments),
     }
 }
 
 /// A progress bar. It is hidden if the error output is not a terminal.
-fn bar() -> ProgressBar {
+pub fn bar() -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed}");
     let bar = ProgressBar::new(0);
     if let Ok(style) = style {
@@ -57,7 +73,7 @@ fn bar() -> ProgressBar {
     bar
 }
 
-fn show(bar: &ProgressBar) -> impl FnMut(usize, usize) {
+pub fn show(bar: &ProgressBar) -> impl FnMut(usize, usize) {
     |done, all| {
         bar.set_length(all as u64);
         bar.set_position(done as u64);

@@ -11,6 +11,7 @@ mod display;
 mod doctor;
 #[cfg(all(test, unix))]
 mod documents;
+mod drive_tools;
 mod drives;
 mod error;
 mod examine;

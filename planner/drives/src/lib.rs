@@ -15,13 +15,17 @@
 //! assert!(drives.period_s > 0.0);
 //! ```
 
+pub mod ballbar;
 pub mod budget;
 pub mod controllers;
 pub mod drive;
+pub mod export;
 pub mod gains;
+pub mod identification;
 pub mod interpolated;
 pub mod interpolator;
 pub mod metrics;
+pub mod number_table;
 pub mod path;
 pub mod plant;
 pub mod profile;

@@ -224,7 +224,13 @@ impl Plant {
 
 impl Axis {
     /// The motion after `seconds` under a net command of `bits`.
-    fn moved(&self, from: DriveMotion, bits: f64, reference_velocity: f64, seconds: f64) -> DriveMotion {
+    pub(crate) fn moved(
+        &self,
+        from: DriveMotion,
+        bits: f64,
+        reference_velocity: f64,
+        seconds: f64,
+    ) -> DriveMotion {
         match self.friction {
             Friction::None => self.drive.after(from, bits, seconds),
             Friction::Reference(level) => {

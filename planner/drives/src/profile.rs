@@ -192,6 +192,19 @@ impl DriveProfile {
         Self::parse(name, &DRIVE_PROFILE.read_text(FilePath::new(name))?)
     }
 
+    /// The profile as TOML, which [`DriveProfile::parse`] reads.
+    ///
+    /// # Errors
+    /// [`DriveProfileError`] if a value is out of range.
+    pub fn to_toml(&self) -> Result<String, DriveProfileError> {
+        let text = toml::to_string(self).map_err(|error| DriveProfileError::Parse {
+            name: self.name.clone(),
+            reason: error.to_string(),
+        })?;
+        Self::parse(&self.name, &text)?;
+        Ok(text)
+    }
+
     /// Reads a profile from `text`. Messages refer to it by `name`.
     ///
     /// # Errors
@@ -346,6 +359,14 @@ mod tests {
         for (name, _) in BUILT_IN {
             let profile = DriveProfile::load(name).unwrap();
             assert!(!profile.source.is_empty(), "{name}");
+        }
+    }
+
+    #[test]
+    fn profiles_are_written_as_they_were_read() {
+        for (name, _) in BUILT_IN {
+            let profile = DriveProfile::load(name).unwrap();
+            assert_eq!(DriveProfile::parse(name, &profile.to_toml().unwrap()).unwrap(), profile, "{name}");
         }
     }
 

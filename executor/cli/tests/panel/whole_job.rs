@@ -93,7 +93,7 @@ fn demo_part_is_machined_by_touch() {
     assert!((0.0..0.1).contains(&closest), "{closest} mm");
     let address = tab.value("location.origin + '/api/document/report'");
     tab.send("Page.navigate", &serde_json::json!({ "url": address }));
-    tab.wait("document.body.innerText.includes('4 of 4 contours cut')");
+    tab.wait("document.body?.innerText.includes('4 of 4 contours cut')");
     assert!(tab.print("6-report") > 10_000);
 }
 
