@@ -122,7 +122,7 @@ exit 77
         program(&tree.join("fuzz/run"), &std::fs::read_to_string(root().join("fuzz/run")).unwrap());
         program(&folder.join("tools/cargo"), CARGO);
         program(&folder.join("tools/rustc"), RUSTC);
-        program(&tree.join("target/release/examples/corpus"), CORPUS);
+        program(&tree.join("target/debug/examples/corpus"), CORPUS);
         for (name, text) in [("a", TARGET), ("b", TARGET), ("c", FAILING), ("d", TARGET)] {
             program(&tree.join("target/here/release").join(name), text);
         }

@@ -292,19 +292,11 @@ impl DriveProfile {
     /// The drive model of a controller that knows these drives.
     #[must_use]
     pub fn belief(&self) -> Belief {
-        let Self { period_s, limit_bits: limit, whole_numbers, delay_samples, .. } = *self;
+        let Self { period_s, limit_bits: limit, delay_samples, .. } = *self;
         // The middle of the range in which the delay lies.
         let delay_share = (self.uncertainty.delay_samples / 2.0).clamp(0.0, 0.999);
         let coulomb_bits = [self.x.coulomb_bits, self.y.coulomb_bits];
-        Belief {
-            drives: self.drives(),
-            period_s,
-            limit,
-            whole_numbers,
-            delay_samples,
-            delay_share,
-            coulomb_bits,
-        }
+        Belief { drives: self.drives(), period_s, limit, delay_samples, delay_share, coulomb_bits }
     }
 
     /// The settings of a controller that knows these drives exactly.

@@ -34,6 +34,12 @@ enum Command {
         #[arg(short, long, default_value = "docs/research")]
         output: PathBuf,
     },
+    /// Tune every controller alike, and write the page that compares them.
+    Tuned {
+        /// Folder for `tuned-controllers.md`.
+        #[arg(short, long, default_value = "docs/research")]
+        output: PathBuf,
+    },
     /// Repeat Franco & Horikawa's experiment with the paper's controller and with Keepout.
     FrancoHorikawa(ExperimentArguments),
     /// Fit the unknown delays of the paper's controller to half of the paper's Table 2.
@@ -73,10 +79,25 @@ impl StudyArguments {
             Command::Compare(arguments) => compare(&arguments),
             Command::Table3 => table_3(),
             Command::KorenLo { output } => write_page(&output),
+            Command::Tuned { output } => tuned(&output),
             Command::FrancoHorikawa(arguments) => experiment(&arguments),
             Command::Calibrate(arguments) => find_delays(&arguments),
         }
     }
+}
+
+/// Writes the page of the tuned controllers.
+fn tuned(folder: &Path) -> Result<ExitCode, CommandError> {
+    let bar = bar();
+    let text = crate::tuned::page::page(&|done, all| {
+        bar.set_length(all);
+        bar.set_position(done);
+    })?;
+    bar.finish_and_clear();
+    let path = folder.join("tuned-controllers.md");
+    write(&path, text.as_bytes())?;
+    println!("written      {}", path.display());
+    Ok(ExitCode::SUCCESS)
 }
 
 /// A progress bar. It shows nothing if the output is not a terminal.

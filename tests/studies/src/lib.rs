@@ -12,3 +12,4 @@
 pub mod command;
 pub mod franco_horikawa;
 pub mod koren_lo;
+pub mod tuned;

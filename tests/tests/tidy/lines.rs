@@ -11,6 +11,7 @@ const LINES: usize = 400;
 const LONG_LINES: &Exceptions = &[
     ("docs/research/drawings.md", "written by `keepout-tests --bin survey`"),
     ("docs/research/koren-lo.md", "written by `keepout-studies koren-lo`"),
+    ("docs/research/tuned-controllers.md", "written by `keepout-studies tuned`"),
     ("docs/contributor/performance.md", "written by `cargo bench --bench peers`"),
     ("proofs/README.md", "written by `keepout-proofs table`"),
 ];

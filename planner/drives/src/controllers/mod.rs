@@ -49,8 +49,6 @@ pub struct Belief {
     pub period_s: f64,
     /// Largest command that the amplifier accepts, bits.
     pub limit: Option<f64>,
-    /// Whether the encoders count whole pulses.
-    pub whole_numbers: bool,
     /// Delay of the commands, samples. Only the contouring controller uses it.
     pub delay_samples: usize,
     /// The rest of the delay, as a share of a sample: from 0 to below 1. Where the delay is uncertain, the middle of

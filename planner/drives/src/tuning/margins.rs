@@ -38,7 +38,7 @@ const DIRECTION_DEG: f64 = 30.0;
 const DECAYED: f64 = 0.02;
 /// Time for the decay, in samples and in time constants of the slower drive: the longer of the two.
 const DECAY_SAMPLES: f64 = 150.0;
-const DECAY_TIME_CONSTANTS: f64 = 12.0;
+const DECAY_TIME_CONSTANTS: f64 = 6.0;
 /// Angles per sample at which the peak is sought, from half the sampling frequency down.
 const ANGLES: u32 = 60;
 /// Ratio of two such angles.

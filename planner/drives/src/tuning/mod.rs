@@ -116,9 +116,9 @@ const LAST_STEP: f64 = 0.005;
 /// Factor of the step after a success. One success in five keeps the step (Rechenberg 1973).
 const GROWTH: f64 = 1.5;
 /// Most candidates.
-const MOST_TRIED: usize = 800;
+const MOST_TRIED: usize = 400;
 /// Number of starts, and the standard deviation of their parameters' logarithms.
-const STARTS: usize = 4;
+const STARTS: usize = 3;
 const START_SPREAD: f64 = 1.0;
 /// The search takes the same steps each time.
 const SEED: u64 = 1;
