@@ -201,5 +201,5 @@ const HEAD: &str = "# Every controller, tuned alike\n\n\
     - **Search**: an evolution strategy from three starts, at most 400 candidates for each controller.\n\n\
     The machine is that of the paper's Table 1 with whole pulses and bits and |U| up to 200 mm/s. The scores below\n\
     are on other paths: a circle of 20 mm, corners of 90° and 150°, a spiral, and the finishing contours of\n\
-    the drawings `bracket.dxf` and `spline_periodic.dxf`, at 0.9 m/min, with drives that are 5 % wrong and a command half\n\
-    a sample late. A dash: no gains of this controller keep the margins.\n";
+    the drawings `bracket.dxf` and `spline_periodic.dxf`, at 0.9 m/min, with drives that are 5 % wrong and a command\n\
+    half a sample late. A dash: no gains of this controller keep the margins.\n";
