@@ -7,10 +7,11 @@ use keepout_planner::Mm2;
 use crate::PanelProcess;
 use crate::browser::{Browser, Tab};
 
-/// The tool on the map, mm.
+/// The tool on the map, mm, as soon as the page knows it.
 fn tool(tab: &mut Tab<'_>) -> Mm2 {
+    tab.wait("panel.map.tool");
     let at = tab.value("panel.map.tool");
-    Mm2::new(at[0].as_f64().unwrap_or(f64::NAN), at[1].as_f64().unwrap_or(f64::NAN))
+    Mm2::new(at[0].as_f64().expect("x"), at[1].as_f64().expect("y"))
 }
 
 /// Jogs the tool to a place of the map by the pad, as the page shows it, to about a millimetre.
