@@ -1,6 +1,7 @@
 //! The page `docs/research/franco-horikawa.md`. It depends only on the scenarios and the results, so a test
 //! can generate it again.
 
+use std::cmp::Ordering;
 use std::fmt::Write as _;
 
 use keepout_drives::controllers::kind::Kind;
@@ -296,11 +297,16 @@ fn finishing_verdict(results: &Results) -> String {
         larger += u32::from(row.max_mm > gpc.max_mm);
         larger_rms += u32::from(row.rms_mm > gpc.rms_mm);
     }
+    let better = match (2 * larger).cmp(&all) {
+        Ordering::Less => "the contouring MPC is the better controller",
+        Ordering::Equal => "neither is the better controller",
+        Ordering::Greater => "GPC is the better controller",
+    };
     format!(
         "\nThe largest error of the contouring MPC is greater than that of GPC in {larger} of {all} rows, and its \
-         RMS error in\n{larger_rms}. A margin covers the largest error, so GPC is the better controller for these \
-         modules. The weights of\nthe contouring MPC were found on the drives of Koren & Lo, and were not found \
-         again for these.\n"
+         RMS error in\n{larger_rms}. A margin covers the largest error, so {better} for these\nmodules. Both are \
+         fast here: neither keeps its margins with drives that are 20 % wrong and a command that is\none sample \
+         late.\n"
     )
 }
 
