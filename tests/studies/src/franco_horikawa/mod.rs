@@ -13,6 +13,7 @@ pub mod modules;
 pub mod ours;
 pub mod page;
 pub mod paper;
+pub mod paper_picture;
 pub mod parallel;
 pub mod picture;
 mod prediction;

@@ -312,9 +312,8 @@ fn finishing_verdict(results: &Results) -> String {
 
 fn pictures(text: &mut String, scenarios: &Scenarios) {
     *text += "\n## Pictures like Fig. 8\n\n\
-              Blue: 24 jogged approaches. Green: the planned finishing toolpath. Orange, with Keepout\n\
-              only: the path of the tool in finishing (\"a\" in Fig. 8). Dark: the profile (\"b\").\n\
-              The finished contour agrees with it within the margin.\n\n\
+              Each picture has 24 jogged approaches, and explains its colours. With Keepout it also has the path of\n\
+              the tool in finishing (\"a\" in Fig. 8), which agrees with the profile (\"b\") within the margin.\n\n\
               | paper's controller | Keepout |\n|---|---|\n";
     for shape in &scenarios.profile {
         let name = &shape.name;

@@ -9,6 +9,7 @@ use keepout_planner::report::{RunDrawing, Trace, TraceKind, svg};
 
 use super::attempt::Attempt;
 use super::ours::Ours;
+use super::paper_picture::{self, DrawnAttempt};
 use super::results::{PaperRow, Results, our_attempts, paper_attempts};
 use super::scenario::{Reported, Scenarios, StudyError};
 
@@ -46,11 +47,12 @@ pub fn paths(scenarios: &Scenarios, seed: u64) -> Result<Vec<Picture>, StudyErro
         let widest = reported.min_by(|a, b| order(a.1).partial_cmp(&order(b.1)).unwrap_or(Ordering::Equal));
         if let Some((row, reported)) = widest {
             let tried = paper_attempts(scenarios, row, (DRAWN, seed))?;
-            let title = format!(
-                "{}: the paper's controller, V = {} mm/s, T = {} mm",
-                shape.title, reported.feed_mm_s, reported.tolerance_mm
-            );
-            pictures.push((format!("{}-paper.svg", shape.name), svg(plan, &title, &run_of(&traces(&tried)))));
+            let drawn: Vec<DrawnAttempt> = tried
+                .iter()
+                .map(|attempt| DrawnAttempt { points_mm: thin(attempt), invades: attempt.depth_mm > 0.0 })
+                .collect();
+            let picture = paper_picture::svg(shape, reported, scenarios.tool_diameter_mm, &drawn)?;
+            pictures.push((format!("{}-paper.svg", shape.name), picture));
         }
         let speed = scenarios.ours_mm_s[0];
         let tried = our_attempts(scenarios, (number, speed), (DRAWN, seed))?;
@@ -67,17 +69,19 @@ fn run_of(traces: &[Trace]) -> RunDrawing<'_> {
 }
 
 fn traces(attempts: &[Attempt]) -> Vec<Trace> {
-    let thin = |attempt: &Attempt| {
-        let mut points_mm: Vec<Mm2> = Vec::new();
-        for (number, &at) in attempt.path.iter().enumerate() {
-            let far = |last: &Mm2| at.distance(*last) >= APART_MM;
-            if number + 1 == attempt.path.len() || points_mm.last().is_none_or(far) {
-                points_mm.push(at);
-            }
+    attempts.iter().map(|attempt| Trace { kind: TraceKind::Manual, points_mm: thin(attempt) }).collect()
+}
+
+/// The path of an attempt without the points that are too close to be seen.
+fn thin(attempt: &Attempt) -> Vec<Mm2> {
+    let mut points_mm: Vec<Mm2> = Vec::new();
+    for (number, &at) in attempt.path.iter().enumerate() {
+        let far = |last: &Mm2| at.distance(*last) >= APART_MM;
+        if number + 1 == attempt.path.len() || points_mm.last().is_none_or(far) {
+            points_mm.push(at);
         }
-        Trace { kind: TraceKind::Manual, points_mm }
-    };
-    attempts.iter().map(thin).collect()
+    }
+    points_mm
 }
 
 /// Draws the success over the tolerance on the external triangle: reported, simulated, and with Keepout.
