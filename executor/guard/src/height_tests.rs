@@ -246,3 +246,28 @@ fn height_after_a_cancel_that_strays_must_be_near_the_set() {
         assert_eq!(seen.is_ok(), believed, "{z} {seen:?}");
     }
 }
+
+/// A line leaves the set when the tool is deeper than that line can bring it, by more than reports err.
+#[test]
+fn depth_shows_that_a_line_is_over() {
+    const REACH: i64 = 4 * RESOLUTION + 2;
+    for (deeper, left) in [(REACH, 2), (REACH + 1, 1)] {
+        let mut guard = guard(true);
+        guard.locate(at(15_000, 5000, 3000)).unwrap();
+        for z in [2000, 1000] {
+            guard.jog(at(15_000, 5000, z), 600).unwrap();
+            guard.acknowledged().unwrap();
+        }
+        for (z, now) in [(2500, Time::ZERO), (2000 - deeper, Time::ZERO.after(2 * DRAIN))] {
+            let stamp = guard.stamp(now);
+            let feedback = PositionFeedback {
+                position: at(15_000, 5000, z),
+                in_position: false,
+                queued: Some(1),
+                waiting: false,
+            };
+            guard.reported(&feedback, stamp, now).unwrap();
+        }
+        assert_eq!(guard.way_after(0).count(), 1 + left, "{deeper}");
+    }
+}

@@ -2,6 +2,8 @@
 
 #[path = "contour_tests.rs"]
 mod contours;
+#[path = "value_tests.rs"]
+mod values;
 
 use alloc::sync::Arc;
 
