@@ -71,9 +71,13 @@ fn rest_after(guard: &mut Guard, at: Place, now: Time) -> Result<(), Refusal> {
 }
 
 fn on_the_way(guard: &mut Guard, at: Place) -> Result<(), Refusal> {
-    let stamp = guard.stamp(Time::ZERO);
+    on_the_way_after(guard, at, Time::ZERO)
+}
+
+fn on_the_way_after(guard: &mut Guard, at: Place, now: Time) -> Result<(), Refusal> {
+    let stamp = guard.stamp(now);
     let feedback = PositionFeedback { position: at, in_position: false, queued: Some(1), waiting: false };
-    guard.reported(&feedback, stamp, Time::ZERO)
+    guard.reported(&feedback, stamp, now)
 }
 
 /// Jogs to the place and arrives there.
@@ -258,16 +262,8 @@ fn depth_shows_that_a_line_is_over() {
             guard.jog(at(15_000, 5000, z), 600).unwrap();
             guard.acknowledged().unwrap();
         }
-        for (z, now) in [(2500, Time::ZERO), (2000 - deeper, Time::ZERO.after(2 * DRAIN))] {
-            let stamp = guard.stamp(now);
-            let feedback = PositionFeedback {
-                position: at(15_000, 5000, z),
-                in_position: false,
-                queued: Some(1),
-                waiting: false,
-            };
-            guard.reported(&feedback, stamp, now).unwrap();
-        }
+        on_the_way(&mut guard, at(15_000, 5000, 2500)).unwrap();
+        on_the_way_after(&mut guard, at(15_000, 5000, 2000 - deeper), Time::ZERO.after(2 * DRAIN)).unwrap();
         assert_eq!(guard.way_after(0).count(), 1 + left, "{deeper}");
     }
 }

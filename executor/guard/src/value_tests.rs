@@ -1,4 +1,4 @@
-//! Tests of what the guard computes with: feeds, moments, heights, and the list of what is in flight.
+//! Tests of feed overrides, times, heights and the in-flight set.
 
 use alloc::string::ToString as _;
 use alloc::vec::Vec;
