@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use keepout_drives::budget::{BudgetRequest, budget};
 use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::{DriveProfile, Uncertainty};
+use keepout_drives::tuning::{MOST_PEAK, peak};
 use keepout_studies::franco_horikawa::attempt::{Tally, operator_of, seed_of};
 use keepout_studies::franco_horikawa::calibration::misfit;
 use keepout_studies::franco_horikawa::page::{FOLDER, page};
@@ -172,6 +173,16 @@ fn contour_error_of_the_modules_agrees_with_their_drives() {
     assert!(found.term_mm <= machine.contour_error_mm + 0.000_3, "{}", found.term_mm);
     assert!(found.term_mm >= machine.contour_error_mm * 0.95, "{}", found.term_mm);
     assert_eq!(machine.contour_error_source.details(), found.source);
+}
+
+/// The page says so.
+#[test]
+fn controllers_of_the_finishing_pass_do_not_keep_their_margins() {
+    let modules = DriveProfile::load("nsk-modules").unwrap();
+    for kind in [Kind::Contouring, Kind::Gpc] {
+        let found = peak(&modules, kind, modules.gains);
+        assert!(found.is_none_or(|found| found > MOST_PEAK), "{kind:?} {found:?}");
+    }
 }
 
 #[test]
