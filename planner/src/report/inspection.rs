@@ -2,7 +2,7 @@
 
 use super::element::{Lines, circle, path, text};
 use super::view::{
-    Entry, Mark, View, draw_dimensions, draw_label, draw_left_out, draw_origin, left_out_entry, outlines,
+    Mark, Sign, View, draw_dimensions, draw_label, draw_left_out, draw_origin, left_out_entry, outlines,
     page, path_of,
 };
 use crate::contour::short;
@@ -48,7 +48,7 @@ pub fn inspection_svg(found: &Inspection, drawing: &Drawing, chained: &Chained, 
         format!(", {} × {} mm", short(size.x), short(size.y))
     });
     let mut legend = vec![
-        Entry::new(
+        Sign::new(
             INSIDE,
             Mark::Area,
             format!(
@@ -57,17 +57,9 @@ pub fn inspection_svg(found: &Inspection, drawing: &Drawing, chained: &Chained, 
                 found.area_mm2
             ),
         ),
-        Entry::new(OPEN, Mark::Dash, format!("{} chains of open curves", found.open_chains)),
-        Entry::new(
-            REPAIR,
-            Mark::Ring,
-            format!("{} repairs, in the order of the report", found.repairs.len()),
-        ),
-        Entry::new(
-            OPEN,
-            Mark::Ring,
-            format!("{} problems, in the order of the report", found.problems.len()),
-        ),
+        Sign::new(OPEN, Mark::Dash, format!("{} chains of open curves", found.open_chains)),
+        Sign::new(REPAIR, Mark::Ring, format!("{} repairs, in the order of the report", found.repairs.len())),
+        Sign::new(OPEN, Mark::Ring, format!("{} problems, in the order of the report", found.problems.len())),
     ];
     if !drawing.aside.is_empty() {
         legend.push(left_out_entry(drawing.aside.len()));

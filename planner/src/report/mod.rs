@@ -8,7 +8,7 @@ mod part;
 mod plan;
 mod section;
 pub mod table;
-mod view;
+pub mod view;
 
 pub use inspection::inspection_svg;
 pub use part::rest_beside;

@@ -5,8 +5,7 @@ use keepout_kernel::Curve;
 use super::element::{Lines, circle, path};
 use super::part::{KEEP_OUT, KEEP_OUT_FINISH, PART, UNCUT, ZONE, draw_numbers, draw_part};
 use super::view::{
-    Entry, Mark, View, draw_dimensions, draw_left_out, draw_origin, left_out_entry, page, path_of,
-    polyline_of,
+    Mark, Sign, View, draw_dimensions, draw_left_out, draw_origin, left_out_entry, page, path_of, polyline_of,
 };
 use crate::contour::{profile_box, short};
 use crate::job::{ContourJob, LoopNumber, Progress, preview};
@@ -205,11 +204,11 @@ fn draw_spot(out: &mut Lines, spot: &Spot, view: &View) {
     }]);
 }
 
-fn legend(plan: &CertifiedPlan, run: &RunDrawing<'_>) -> Vec<Entry> {
+fn legend(plan: &CertifiedPlan, run: &RunDrawing<'_>) -> Vec<Sign> {
     let (finishing, roughing) = (mm(plan.finishing.units()), mm(plan.roughing.units()));
     let diameter = short(2.0 * mm(plan.plan.tool_radius.units()));
     let mut entries = vec![
-        Entry::new(
+        Sign::new(
             PART,
             Mark::Area,
             format!(
@@ -218,51 +217,51 @@ fn legend(plan: &CertifiedPlan, run: &RunDrawing<'_>) -> Vec<Entry> {
                 plan.side_words()
             ),
         ),
-        Entry::new(
+        Sign::new(
             KEEP_OUT,
             Mark::Area,
             format!("jogging: the tool's centre stays {roughing:.3} mm from the part"),
         ),
-        Entry::new(
+        Sign::new(
             KEEP_OUT_FINISH,
             Mark::Area,
             format!("finishing: the tool's centre stays {finishing:.3} mm from the part"),
         ),
-        Entry::new(UNCUT, Mark::Hatched, format!("rest material: {}", plan.residual())),
+        Sign::new(UNCUT, Mark::Hatched, format!("rest material: {}", plan.residual())),
     ];
     if !plan.plan.provenance.left_out.is_empty() {
         entries.push(left_out_entry(plan.plan.provenance.left_out.len()));
     }
     if !plan.plan.zones.loops.is_empty() {
-        entries.push(Entry::new(ZONE, Mark::Area, "keep-out zones: clamps, a vice"));
+        entries.push(Sign::new(ZONE, Mark::Area, "keep-out zones: clamps, a vice"));
     }
     if plan.plan.provenance.remarks.iter().any(|remark| remark.at.is_some()) {
-        entries.push(Entry::new(REPAIR, Mark::Ring, "repaired in the drawing"));
+        entries.push(Sign::new(REPAIR, Mark::Ring, "repaired in the drawing"));
     }
     if run.progress.is_some() {
-        entries.push(Entry::new(FINISH, Mark::Line, "finishing toolpath of a contour that is cut"));
-        entries.push(Entry::new(UNCUT, Mark::Dash, "finishing toolpath of a contour that is not cut"));
+        entries.push(Sign::new(FINISH, Mark::Line, "finishing toolpath of a contour that is cut"));
+        entries.push(Sign::new(UNCUT, Mark::Dash, "finishing toolpath of a contour that is not cut"));
     } else {
-        entries.push(Entry::new(
+        entries.push(Sign::new(
             FINISH,
             Mark::Dash,
             "finishing toolpath of the tool's centre, with its direction",
         ));
     }
     if run.traces.is_empty() {
-        entries.push(Entry::new(LINK, Mark::Line, "link moves"));
-        entries.push(Entry::new(TOOL, Mark::Ring, format!("tool Ø {diameter} mm, where a cut could start")));
+        entries.push(Sign::new(LINK, Mark::Line, "link moves"));
+        entries.push(Sign::new(TOOL, Mark::Ring, format!("tool Ø {diameter} mm, where a cut could start")));
     } else {
-        entries.push(Entry::new(JOGGING, Mark::Line, "tool's centre, jogging"));
-        entries.push(Entry::new(CONTOUR, Mark::Line, "tool's centre, contouring"));
-        entries.push(Entry::new(TOOL, Mark::Ring, format!("tool Ø {diameter} mm, at its last position")));
+        entries.push(Sign::new(JOGGING, Mark::Line, "tool's centre, jogging"));
+        entries.push(Sign::new(CONTOUR, Mark::Line, "tool's centre, contouring"));
+        entries.push(Sign::new(TOOL, Mark::Ring, format!("tool Ø {diameter} mm, at its last position")));
     }
     let has = |kind| run.spots.iter().any(|spot| spot.kind == kind);
     if has(SpotKind::ProbePoint) {
-        entries.push(Entry::new(TOUCH, Mark::Ring, "contact start: the contour begins"));
+        entries.push(Sign::new(TOUCH, Mark::Ring, "contact start: the contour begins"));
     }
     if has(SpotKind::Stop) {
-        entries.push(Entry::new(STOP, Mark::Cross, "stop: feed hold or fault"));
+        entries.push(Sign::new(STOP, Mark::Cross, "stop: feed hold or fault"));
     }
     entries
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use keepout_kernel::Height;
 
 use super::element::{Lines, line, path};
-use super::view::{Entry, Mark, View, beside_another, draw_label, page};
+use super::view::{Mark, Sign, View, beside_another, draw_label, page};
 use crate::contour::short;
 use crate::depth::Relief;
 use crate::plan::CertifiedPlan;
@@ -190,18 +190,18 @@ fn draw_heights(out: &mut Lines, plan: &CertifiedPlan, (shown, heights): (Box2, 
     }
 }
 
-fn legend(relief: &Relief, way: &[Mm3]) -> Vec<Entry> {
+fn legend(relief: &Relief, way: &[Mm3]) -> Vec<Sign> {
     let stock = if way.len() > 1 { "stock that is left" } else { "stock" };
     let mut entries = vec![
-        Entry::new(PART, Mark::Area, "the part"),
-        Entry::new(STOCK, Mark::Area, stock),
-        Entry::new(PASS, Mark::Dash, "depths of the passes"),
-        Entry::new(SAFE, Mark::Dash, "safe height, at which the tool crosses"),
-        Entry::new(TABLE, Mark::Area, format!("the tool stays above z {}", short(mm(relief.floor.units())))),
+        Sign::new(PART, Mark::Area, "the part"),
+        Sign::new(STOCK, Mark::Area, stock),
+        Sign::new(PASS, Mark::Dash, "depths of the passes"),
+        Sign::new(SAFE, Mark::Dash, "safe height, at which the tool crosses"),
+        Sign::new(TABLE, Mark::Area, format!("the tool stays above z {}", short(mm(relief.floor.units())))),
     ];
     if relief.clamps > Height::ZERO {
         let text = format!("keep-out zones, up to z {}", short(mm(relief.clamps.units())));
-        entries.push(Entry::new(CLAMP, Mark::Area, text));
+        entries.push(Sign::new(CLAMP, Mark::Area, text));
     }
     entries
 }

@@ -22,15 +22,21 @@ const DIMENSIONS: f64 = 46.0;
 const THINNED: f64 = 0.25;
 
 /// Maps mm to pixels, y upward to y downward.
-pub(super) struct View {
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// X of the field's left side, mm.
     pub left: f64,
+    /// Y of the field's upper side, mm.
     pub top: f64,
+    /// Pixels for a millimetre.
     pub scale: f64,
+    /// Height of the field, pixels.
     pub height: f64,
 }
 
 impl View {
     /// View of a box, mm, as large as the page allows, with room for the dimensions.
+    #[must_use]
     pub fn of(shown: Box2) -> Self {
         let (w, h) = (shown.size().x.max(1e-3), shown.size().y.max(1e-3));
         let scale = ((WIDTH - 2.0 * (PAD + DIMENSIONS)) / w).min(800.0 / h);
@@ -44,16 +50,20 @@ impl View {
         }
     }
 
+    /// A place of the drawing, mm, in pixels.
+    #[must_use]
     pub fn xy(&self, Mm2 { x, y }: Mm2) -> (f64, f64) {
         ((x - self.left) * self.scale + PAD, (self.top - y) * self.scale + PAD)
     }
 
     /// A length of the picture, mm, that one pixel shows.
+    #[must_use]
     pub fn pixel_mm(&self) -> f64 {
         1.0 / self.scale
     }
 
     /// SVG path of the whole field, and more.
+    #[must_use]
     pub fn everything(&self) -> String {
         format!("M-9999 -9999H{0:.0}V{0:.0}H-9999Z", 9999.0 + self.height)
     }
@@ -104,7 +114,8 @@ pub(super) fn polygons(polygons: &[Vec<Vec<[f64; 2]>>], view: &View) -> String {
 }
 
 /// SVG path of a polyline, mm. It leaves out points that a quarter of a pixel hides.
-pub(super) fn polyline_of(points: &[Mm2], view: &View) -> String {
+#[must_use]
+pub fn polyline_of(points: &[Mm2], view: &View) -> String {
     let pixels: Vec<Mm2> = points.iter().map(|&at| view.xy(at)).map(|(x, y)| Mm2::new(x, y)).collect();
     let mut path = String::new();
     for (k, at) in thinned(&pixels).into_iter().enumerate() {
@@ -142,8 +153,8 @@ pub(super) fn draw_left_out<'a>(out: &mut Lines, curves: impl Iterator<Item = &'
 }
 
 /// Legend entry of [`draw_left_out`].
-pub(super) fn left_out_entry(count: usize) -> Entry {
-    Entry::new(LEFT_OUT, Mark::Dash, format!("left out of the drawing: {count} curves"))
+pub(super) fn left_out_entry(count: usize) -> Sign {
+    Sign::new(LEFT_OUT, Mark::Dash, format!("left out of the drawing: {count} curves"))
 }
 
 /// Draws width and height beside a box.
@@ -214,25 +225,37 @@ fn draw_scale(out: &mut Lines, view: &View, y: f64) {
     out.draw(&[bar, length]);
 }
 
-/// Mark of a legend entry.
-#[derive(Clone, Copy)]
-pub(super) enum Mark {
+/// The mark of a sign.
+#[derive(Clone, Copy, Debug)]
+pub enum Mark {
+    /// A filled rectangle.
     Area,
+    /// A hatched rectangle.
     Hatched,
+    /// A solid line.
     Line,
+    /// A dashed line.
     Dash,
+    /// A ring.
     Ring,
+    /// A cross.
     Cross,
 }
 
-/// Entry of the legend.
-pub(super) struct Entry {
+/// Sign of the legend.
+#[derive(Clone, Debug)]
+pub struct Sign {
+    /// Colour of the mark.
     pub colour: &'static str,
+    /// The mark.
     pub mark: Mark,
+    /// What it stands for.
     pub text: String,
 }
 
-impl Entry {
+impl Sign {
+    /// A sign.
+    #[must_use]
     pub fn new(colour: &'static str, mark: Mark, text: impl Into<String>) -> Self {
         Self { colour, mark, text: text.into() }
     }
@@ -250,7 +273,8 @@ pub(super) const HATCH: &str = "url(#hatch)";
 
 /// The whole page: `body` in the field, and below it the title, the scale and the legend. They never cover the
 /// body.
-pub(super) fn page(view: &View, title: &str, legend: &[Entry], body: &Lines) -> String {
+#[must_use]
+pub fn page(view: &View, title: &str, legend: &[Sign], body: &Lines) -> String {
     let rows = f64::from(u32::try_from(legend.len()).unwrap_or(0));
     let (width, height) = (WIDTH, view.height + 44.0 + ROW * rows + 2.0 * PAD);
     let field = || {
@@ -284,7 +308,7 @@ pub(super) fn beside_another(page: &str) -> String {
         .replace("url(#field)", "url(#section-field)")
 }
 
-fn draw_entry(out: &mut Lines, entry: &Entry, x: f64, y: f64) {
+fn draw_entry(out: &mut Lines, entry: &Sign, x: f64, y: f64) {
     let colour = entry.colour;
     let area = |fill: &str| {
         let area = Element::new("rect").set("x", x).fixed("y", y - 11.0, 1);

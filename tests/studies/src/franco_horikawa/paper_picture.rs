@@ -1,25 +1,21 @@
 //! Attempts with the paper's controller, as a picture like Fig. 8.
 
 use keepout_planner::profile::MachinedSide;
-use keepout_planner::report::chart::{round_steps, sheet};
-use keepout_planner::report::element::{Element, Lines, background, circle, path, points, polyline, text};
+use keepout_planner::report::element::{Lines, circle, path};
+use keepout_planner::report::view::{Mark, Sign, View, page, polyline_of};
 use keepout_planner::{Box2, Mm2};
 
 use super::invasion::prohibited;
 use super::scenario::{MachinedProfile, Reported, StudyError};
 
-/// Width of the picture, pixels.
-const WIDTH: f64 = 900.0;
-/// Space around the drawing, pixels.
-const MARGIN: f64 = 24.0;
-/// Height of a line of the legend.
-const ROW: f64 = 20.0;
+/// Space around the tolerance, mm.
+const SPACE_MM: f64 = 3.0;
 // Colours that differ for people who confuse red and green (Okabe and Ito, 2008).
 const PART: &str = "#b9bec9";
 const INVASION: &str = "#f0e442";
 const TOLERANCE: &str = "#fbf6cf";
 const STOPPED: &str = "#0072b2";
-const INVADED: &str = "#d55e00";
+const INVADED: &str = "#b45309";
 
 /// The path of an attempt, and whether the tool invaded the part.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,30 +24,6 @@ pub struct DrawnAttempt {
     pub points_mm: Vec<Mm2>,
     /// Whether the tool entered the part.
     pub invades: bool,
-}
-
-/// The drawing's coordinates on the picture.
-struct Field {
-    shown: Box2,
-    scale: f64,
-}
-
-impl Field {
-    fn of(corners: &[Mm2], attempts: &[DrawnAttempt], around_mm: f64) -> Self {
-        let all = corners.iter().chain(attempts.iter().flat_map(|attempt| &attempt.points_mm));
-        let at = |point: &Mm2| Box2 { low: *point, high: *point };
-        let box_of_all = all.map(at).reduce(Box2::union).unwrap_or(Box2 { low: Mm2::ZERO, high: Mm2::ZERO });
-        let shown = box_of_all.grown(around_mm);
-        Self { shown, scale: (WIDTH - 2.0 * MARGIN) / (shown.high.x - shown.low.x) }
-    }
-
-    fn height(&self) -> f64 {
-        self.scale * (self.shown.high.y - self.shown.low.y)
-    }
-
-    fn xy(&self, at: Mm2) -> (f64, f64) {
-        (MARGIN + self.scale * (at.x - self.shown.low.x), MARGIN + self.scale * (self.shown.high.y - at.y))
-    }
 }
 
 /// Draws attempts at `shape` with the paper's controller in the setting of `reported`, for a tool of this diameter.
@@ -67,77 +39,45 @@ pub fn svg(
     let (radius, tolerance) = (diameter_mm / 2.0, reported.tolerance_mm);
     let prohibited = prohibited(&shape.corners, radius, shape.side())
         .map_err(|source| StudyError::Radius { name: shape.name.clone(), source })?;
-    let field = Field::of(&shape.corners, attempts, radius + tolerance + 3.0);
-    let mut body = Lines::default();
-    body.draw(&[background("#fff")]);
-    body.draw(&[Element::new("clipPath").set("id", "field").with(&frame(&field))]);
-    let mut inside = Lines::default();
-    let outline = |corners: &[Mm2]| {
-        let outline = points(corners.iter().map(|&corner| field.xy(corner)), 1);
-        Element::new("polygon").set("points", outline.trim_end())
-    };
+    let ways = attempts.iter().flat_map(|attempt| &attempt.points_mm);
+    let shown = Box2::around(shape.corners.iter().chain(ways).copied()).unwrap_or_default();
+    let view = View::of(shown.grown(radius + tolerance + SPACE_MM));
+    let outline = |corners: &[Mm2]| polyline_of(corners, &view) + "Z";
+    let profile = outline(&shape.corners);
     // A wide line around a polygon is the region within half its width. What is drawn later hides the inner half.
-    let around = |corners: &[Mm2], by_mm: f64, colour: &str| {
-        let line = outline(corners).outline(colour, format_args!("{:.1}", 2.0 * by_mm * field.scale));
+    let around = |outline: &str, by_mm: f64, colour: &str| {
+        let line = path(outline).outline(colour, format_args!("{:.1}", 2.0 * by_mm * view.scale));
         line.set("stroke-linejoin", "round")
     };
-    inside.draw(&[around(&prohibited, tolerance, TOLERANCE), around(&shape.corners, radius, INVASION)]);
-    inside.draw(&[match shape.side() {
-        MachinedSide::Inside => {
-            let hole = points(shape.corners.iter().map(|&corner| field.xy(corner)), 1);
-            let all =
-                format_args!("M0 0H{WIDTH}V{:.1}H0ZM{}Z", field.height() + 2.0 * MARGIN, hole.trim_end());
-            path(all).fill(PART).set("fill-rule", "evenodd")
-        }
-        MachinedSide::Outside => outline(&shape.corners).fill(PART),
-    }]);
-    inside.draw(&[outline(&shape.corners).outline("#333", 1.2)]);
+    let part = match shape.side() {
+        MachinedSide::Inside => path(view.everything() + &profile).set("fill-rule", "evenodd"),
+        MachinedSide::Outside => path(&profile),
+    };
+    let mut body = Lines::default();
+    body.draw(&[around(&outline(&prohibited), tolerance, TOLERANCE), around(&profile, radius, INVASION)]);
+    body.draw(&[part.fill(PART), path(&profile).outline("#333", 1.2)]);
     for attempt in attempts {
         let colour = if attempt.invades { INVADED } else { STOPPED };
-        let way = points(attempt.points_mm.iter().map(|&point| field.xy(point)), 1);
-        inside.draw(&[polyline(way.trim_end()).outline(colour, 1)]);
+        body.draw(&[path(polyline_of(&attempt.points_mm, &view)).outline(colour, 1)]);
         if let Some(&last) = attempt.points_mm.last() {
-            inside.draw(&[circle(field.xy(last), 1, 3).fill(colour)]);
+            body.draw(&[circle(view.xy(last), 1, 3).fill(colour)]);
         }
     }
-    body.draw(&[Element::new("g").set("clip-path", "url(#field)").lines(&inside)]);
-    body.draw(&[frame(&field).fill("none").set("stroke", "#9aa0a8")]);
     let invaded = attempts.iter().filter(|attempt| attempt.invades).count();
-    let mut entries = vec![
-        (PART, format!("the part: {}", shape.title)),
-        (INVASION, format!("invasion: here the tool of Ø {diameter_mm} mm cuts into the part")),
-        (TOLERANCE, format!("tolerance T = {tolerance} mm: the controller stops a tool that it sees here")),
-        (STOPPED, format!("attempts without an invasion: {}. A dot is the end", attempts.len() - invaded)),
+    let stopped = format!("attempts without an invasion: {}. A dot is the end", attempts.len() - invaded);
+    let invasion = format!("invasion: here the tool of Ø {diameter_mm} mm cuts into the part");
+    let seen = format!("tolerance T = {tolerance} mm: the controller stops a tool that it sees here");
+    let mut legend = vec![
+        Sign::new(PART, Mark::Area, format!("the part: {}", shape.title)),
+        Sign::new(INVASION, Mark::Area, invasion),
+        Sign::new(TOLERANCE, Mark::Area, seen),
+        Sign::new(STOPPED, Mark::Line, stopped),
     ];
     if invaded > 0 {
-        entries.push((INVADED, format!("attempts with an invasion: {invaded}")));
+        legend.push(Sign::new(INVADED, Mark::Line, format!("attempts with an invasion: {invaded}")));
     }
     let title = format!("The paper's controller, V = {} mm/s, T = {tolerance} mm", reported.feed_mm_s);
-    legend(&mut body, &field, &title, &entries);
-    let height = field.height() + 3.0 * MARGIN + 6.0 + entries.iter().map(|_| ROW).sum::<f64>();
-    Ok(sheet((WIDTH, height), 13, &body))
-}
-
-fn frame(field: &Field) -> Element {
-    let corner = Element::new("rect").set("x", MARGIN).set("y", MARGIN);
-    corner.fixed("width", WIDTH - 2.0 * MARGIN, 1).fixed("height", field.height(), 1)
-}
-
-/// Draws the title, the scale and the legend below the field.
-fn legend(body: &mut Lines, field: &Field, title: &str, entries: &[(&str, String)]) {
-    let mut y = field.height() + 2.0 * MARGIN + 6.0;
-    let wanted = 160.0 / field.scale;
-    let step = round_steps(wanted).into_iter().rfind(|&step| step <= wanted).unwrap_or(wanted);
-    let from = WIDTH - MARGIN - step * field.scale;
-    let bar = format_args!("M{from:.1} {:.1}v10m0 -5h{:.1}m0 -5v10", y - 10.0, step * field.scale);
-    let length = text((from - 8.0, y), 1, format_args!("{step} mm")).set("text-anchor", "end");
-    body.draw(&[text((MARGIN, y), 1, title).bold(16), path(bar).outline("#111", 1.5), length]);
-    for (colour, words) in entries {
-        y += ROW;
-        let mark = Element::new("rect").set("x", MARGIN).fixed("y", y - 11.0, 1);
-        let mark = mark.set("width", 30).set("height", 13).fill(colour).stroke("#777", 0.5);
-        body.draw(&[mark, text((MARGIN + 40.0, y), 1, words)]);
-    }
+    Ok(page(&view, &title, &legend, &body))
 }
 
 #[cfg(test)]
