@@ -89,9 +89,11 @@ impl Gains {
             ("gains.design.index.effort", index.effort, above.clone()),
             ("gains.design.contour", contour, from_0.clone()),
             ("gains.design.predictive_effort", predictive_effort, above.clone()),
-            ("gains.design.contouring.bandwidth", contouring.bandwidth, 1e-3..=3.0),
+            ("gains.design.contouring.bandwidth", contouring.bandwidth, 1e-3..=30.0),
+            ("gains.design.contouring.changes", contouring.changes, 1e-3..=30.0),
             ("gains.design.contouring.lag", contouring.lag, 1e-6..=1e3),
             ("gains.design.contouring.observer", contouring.observer, 1e-3..=30.0),
+            ("gains.design.contouring.load", contouring.load, 1e-3..=30.0),
         ];
         figures.map(|(field, value, range)| ProfileFigure { field, value, range }).to_vec()
     }

@@ -76,23 +76,25 @@ impl<const M: usize> BoxProgram<M> {
     }
 }
 
-/// The Cholesky factor L of `L·Lᵀ`. `None` if the matrix is not positive definite.
+/// The Cholesky factor L of `L·Lᵀ`, in the lower half. `None` if the matrix is not positive definite.
 fn cholesky<const M: usize>(matrix: &SMatrix<f64, M, M>) -> Option<SMatrix<f64, M, M>> {
     let mut lower = *matrix;
     for j in 0..M {
-        for k in 0..j {
-            let factor = lower[(j, k)];
-            for i in j..M {
-                lower[(i, j)] -= lower[(i, k)] * factor;
+        let (before, rest) = lower.as_mut_slice().split_at_mut(j * M);
+        let column = &mut rest[j..M];
+        for other in before.chunks_exact(M) {
+            let factor = other[j];
+            for (entry, by) in column.iter_mut().zip(&other[j..]) {
+                *entry -= by * factor;
             }
         }
-        let pivot = lower[(j, j)];
+        let pivot = column[0];
         if pivot <= 0.0 || !pivot.is_finite() {
             return None;
         }
         let scale = 1.0 / pivot.sqrt();
-        for i in j..M {
-            lower[(i, j)] *= scale;
+        for entry in column {
+            *entry *= scale;
         }
     }
     Some(lower)
@@ -100,17 +102,20 @@ fn cholesky<const M: usize>(matrix: &SMatrix<f64, M, M>) -> Option<SMatrix<f64, 
 
 fn solve<const M: usize>(lower: &SMatrix<f64, M, M>, right: &SVector<f64, M>) -> SVector<f64, M> {
     let mut x = *right;
-    for j in 0..M {
-        x[j] /= lower[(j, j)];
-        for i in j + 1..M {
-            x[i] -= lower[(i, j)] * x[j];
+    let columns = lower.as_slice().chunks_exact(M);
+    for (j, column) in columns.clone().enumerate() {
+        let (known, rest) = x.as_mut_slice()[j..].split_at_mut(1);
+        known[0] /= column[j];
+        for (entry, by) in rest.iter_mut().zip(&column[j + 1..]) {
+            *entry -= by * known[0];
         }
     }
-    for j in (0..M).rev() {
-        for i in j + 1..M {
-            x[j] -= lower[(i, j)] * x[i];
+    for (j, column) in columns.enumerate().rev() {
+        let (entry, known) = x.as_mut_slice()[j..].split_at_mut(1);
+        for (by, known) in column[j + 1..].iter().zip(known) {
+            entry[0] -= by * *known;
         }
-        x[j] /= lower[(j, j)];
+        entry[0] /= column[j];
     }
     x
 }

@@ -15,12 +15,21 @@ pub struct Observer {
     before: f64,
 }
 
+/// Standard deviations of the random changes of speed and load in a sample, for measurements with a noise of one
+/// pulse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RandomSteps {
+    /// Of the speed, pulses/s.
+    pub speed: f64,
+    /// Of the load, bits.
+    pub load: f64,
+}
+
 impl Observer {
-    /// An observer of a drive. The load is a random walk with steps of `load`, bits, for measurements with a noise of
-    /// one pulse.
+    /// An observer of a drive whose speed and load change at random.
     #[must_use]
-    pub fn new(held: HeldLate, load: f64) -> Self {
-        Self { held, gain: steady_gain(&held, load), state: None, before: 0.0 }
+    pub fn new(held: HeldLate, steps: RandomSteps) -> Self {
+        Self { held, gain: steady_gain(&held, steps), state: None, before: 0.0 }
     }
 
     /// Updates the estimate with a measured position, pulses, and returns it. The first measurement counts as
@@ -51,19 +60,24 @@ impl Observer {
     }
 }
 
-/// Number of iterations of the Riccati equation. It converges much earlier.
+/// Bound on the iterations of the Riccati equation. It converges much earlier.
 const RICCATI: u32 = 5000;
 
-fn steady_gain(held: &HeldLate, load: f64) -> Vector3<f64> {
+fn steady_gain(held: &HeldLate, steps: RandomSteps) -> Vector3<f64> {
     let [reach, push] = [held.reach, held.push].map(|by| by[0] + by[1]);
     let step = Matrix3::new(1.0, held.run, -reach, 0.0, held.decay, -push, 0.0, 0.0, 1.0);
     let look = RowVector3::new(1.0, 0.0, 0.0);
-    let process = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, load.powi(2)));
+    let process = Matrix3::from_diagonal(&Vector3::new(0.0, steps.speed.powi(2), steps.load.powi(2)));
     let mut spread = Matrix3::identity() + process * 100.0;
     let mut gain = Vector3::zeros();
     for _ in 0..RICCATI {
         let seen = spread * look.transpose();
-        gain = seen / (seen[0] + 1.0);
+        let next = seen / (seen[0] + 1.0);
+        let converged = (next - gain).amax() <= 1e-12 * next.amax();
+        gain = next;
+        if converged {
+            break;
+        }
         let after = spread - gain * seen.transpose();
         spread = step * after * step.transpose() + process;
     }
@@ -79,7 +93,8 @@ mod tests {
     #[test]
     fn constant_load_is_estimated() {
         let drive = Drive { gain: 10.0, time_constant_s: 0.045 };
-        let mut observer = Observer::new(drive.held_late(0.004, 0.0), 4000.0);
+        let mut observer =
+            Observer::new(drive.held_late(0.004, 0.0), RandomSteps { speed: 0.0, load: 4000.0 });
         let (mut motion, held) = (DriveMotion::default(), drive.held(0.004));
         let mut known = Vector3::zeros();
         for k in 0..200 {

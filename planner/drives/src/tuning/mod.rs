@@ -4,7 +4,9 @@
 //! cutting force and model errors. The constraint is the peak of the sensitivity ([`margins`]) of every loop whose
 //! gains and time constants are wrong by ±20 % and whose commands act up to one sample later than the controller
 //! knows. The search is an evolution strategy with one parent and one child (Rechenberg 1973) over the logarithms of
-//! the parameters.
+//! the parameters, from several starts: after each round the worse half of them ends (successive halving, Jamieson &
+//! Talwalkar 2016). A candidate without the margins is made slower until it has them, because the best gains lie on
+//! the edge of the margins.
 
 pub mod margins;
 pub mod parameter;
@@ -29,10 +31,11 @@ use crate::run::{Cutting, Task};
 pub const MOST_PEAK: f64 = 2.0;
 /// The errors that the loop must bear with that peak.
 pub const BORNE: Uncertainty = Uncertainty { gain: 0.2, time_constant: 0.2, delay_samples: 1.0 };
-/// Signs of these errors: gain and time constant of X, then of Y. The axes err together and against each other.
+/// Signs of these errors: gain and time constant of X, then of Y. The axes err together and against each other. The
+/// first are the hardest: most candidates without the margins end there.
 const SIGNS: [[f64; 4]; 7] = [
-    [0.0; 4],
     [1.0, -1.0, 1.0, -1.0],
+    [0.0; 4],
     [1.0, 1.0, 1.0, 1.0],
     [-1.0, -1.0, -1.0, -1.0],
     [-1.0, 1.0, -1.0, 1.0],
@@ -85,29 +88,32 @@ pub fn tune(
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<TunedGains, TuningError> {
     let title = kind.names().1;
-    let mut search = Search { profile, kind, tasks: tasks(profile, feed_mm_s), tried: 0, progress };
     let parameters = Parameter::of(kind);
+    let mut search =
+        Search { profile, kind, parameters, tasks: tasks(profile, feed_mm_s), tried: 0, progress };
     if parameters.is_empty() || kind.built(&profile.setting(search.environment())).is_none() {
         return Err(TuningError::NoParameters(title));
     }
     let mut random = fastrand::Rng::with_seed(SEED);
-    let mut best: Option<TunedGains> = None;
-    for number in 0..STARTS {
+    let mut climbs = Vec::with_capacity(STARTS);
+    while climbs.len() < STARTS && search.tried < MOST_STARTS {
         // The first start is the profile's gains.
-        let spread = if number == 0 { 0.0 } else { START_SPREAD };
+        let spread = if search.tried == 0 { 0.0 } else { START_SPREAD };
         let start = stepped(&profile.gains, parameters, spread, &mut random);
-        let Some(mut found) = search.begin(start, parameters) else { continue };
-        let (mut step, end) = (FIRST_STEP, search.tried + MOST_TRIED / STARTS);
-        while step > LAST_STEP && search.tried < end {
-            match search.better(stepped(&found.gains, parameters, step, &mut random), found.rms_um) {
-                Some(better) => (found, step) = (better, step * GROWTH),
-                None => step /= GROWTH.powf(0.25),
-            }
-        }
-        best = best.filter(|best| best.rms_um <= found.rms_um).or(Some(found));
+        climbs.extend(search.candidate(start).map(|best| Climb { best, step: FIRST_STEP }));
     }
-    let best = best.ok_or(TuningError::NotRobust(title))?;
-    Ok(TunedGains { tried: search.tried, ..best })
+    let mut most = FIRST_TRIED;
+    while climbs.len() > 1 {
+        for climb in &mut climbs {
+            search.go_on(climb, most, &mut random);
+        }
+        climbs.sort_by(|one, other| one.best.rms_um.total_cmp(&other.best.rms_um));
+        climbs.truncate(climbs.len().div_ceil(2));
+        most *= 2;
+    }
+    let Some(last) = climbs.first_mut() else { return Err(TuningError::NotRobust(title)) };
+    search.go_on(last, MOST_TRIED, &mut random);
+    Ok(TunedGains { tried: search.tried, ..last.best })
 }
 
 /// Standard deviation of the first steps of the search in the logarithm of a parameter, and of the last.
@@ -118,12 +124,19 @@ const GROWTH: f64 = 1.5;
 /// Most candidates.
 const MOST_TRIED: usize = 400;
 /// Number of starts, and the standard deviation of their parameters' logarithms.
-const STARTS: usize = 3;
+const STARTS: usize = 8;
+/// Most starts, if some do not keep the margins at any speed.
+const MOST_STARTS: usize = 24;
 const START_SPREAD: f64 = 1.0;
+/// Candidates of each start in the first round. Half of the starts go on to a round of twice as many.
+const FIRST_TRIED: usize = 15;
 /// The search takes the same steps each time.
 const SEED: u64 = 1;
-/// Most halvings of all parameters until a robust loop is found.
-const MOST_SLOWED: u32 = 14;
+/// The least factor by which a candidate without the margins is made slower, and the number of its squarings.
+const SLOWED: f64 = 1.15;
+const MOST_SLOWED: u32 = 7;
+/// Number of bisections of that factor.
+const BISECTIONS: u32 = 3;
 
 /// `gains` with a random step of this standard deviation in the logarithms of the parameters.
 fn stepped(gains: &Gains, parameters: &[Parameter], step: f64, random: &mut fastrand::Rng) -> Gains {
@@ -136,10 +149,17 @@ fn normal(random: &mut fastrand::Rng) -> f64 {
     (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * turn).cos()
 }
 
+/// The search from one start.
+struct Climb {
+    best: TunedGains,
+    step: f64,
+}
+
 /// The search for gains.
 struct Search<'a> {
     profile: &'a DriveProfile,
     kind: Kind,
+    parameters: &'static [Parameter],
     tasks: [Task; 3],
     tried: usize,
     progress: &'a mut dyn FnMut(usize, usize),
@@ -150,28 +170,57 @@ impl Search<'_> {
         Environment::of(&self.tasks[0], ON_PATHS.largest())
     }
 
-    /// `gains`, made slower until the loop is robust.
-    fn begin(&mut self, mut gains: Gains, parameters: &[Parameter]) -> Option<TunedGains> {
-        for _ in 0..MOST_SLOWED {
-            if let Some(found) = self.better(gains, f64::INFINITY) {
-                return Some(found);
+    /// Goes on from one start with at most `most` candidates.
+    fn go_on(&mut self, climb: &mut Climb, most: usize, random: &mut fastrand::Rng) {
+        let end = MOST_TRIED.min(self.tried + most);
+        while climb.step > LAST_STEP && self.tried < end {
+            let next = stepped(&climb.best.gains, self.parameters, climb.step, random);
+            match self.candidate(next).filter(|next| next.rms_um < climb.best.rms_um) {
+                Some(better) => *climb = Climb { best: better, step: climb.step * GROWTH },
+                None => climb.step /= GROWTH.powf(0.25),
             }
-            gains = parameters.iter().fold(gains, |gains, parameter| parameter.slowed(&gains, 2.0));
         }
-        None
     }
 
-    /// The candidate, if its error is less than `than` and it is robust.
-    fn better(&mut self, gains: Gains, than: f64) -> Option<TunedGains> {
+    /// The candidate, made slower until it keeps the margins.
+    fn candidate(&mut self, gains: Gains) -> Option<TunedGains> {
         self.tried += 1;
         (self.progress)(self.tried.min(MOST_TRIED), MOST_TRIED);
-        let in_range = gains.figures().iter().all(|each| each.range.contains(&each.value));
-        if !in_range {
-            return None;
-        }
-        let peak = peak(self.profile, self.kind, gains).filter(|&peak| peak <= MOST_PEAK)?;
+        let (gains, peak) = self.robust(gains)?;
         let rms_um = self.mean_rms_um(gains)?;
-        (rms_um < than).then_some(TunedGains { gains, rms_um, peak, tried: self.tried })
+        Some(TunedGains { gains, rms_um, peak, tried: self.tried })
+    }
+
+    /// The least slow gains that keep the margins, with their peak.
+    fn robust(&self, gains: Gains) -> Option<(Gains, f64)> {
+        let slowed = |factor: f64| {
+            let slower =
+                self.parameters.iter().fold(gains, |gains, parameter| parameter.slowed(&gains, factor));
+            let in_range = slower.figures().iter().all(|each| each.range.contains(&each.value));
+            let peak = in_range.then(|| peak_up_to(self.profile, self.kind, slower, MOST_PEAK));
+            Some((slower, peak??))
+        };
+        if let Some(found) = slowed(1.0) {
+            return Some(found);
+        }
+        let (mut low, mut high) = (1.0, SLOWED);
+        let mut found = slowed(high);
+        for _ in 0..MOST_SLOWED {
+            if found.is_some() {
+                break;
+            }
+            (low, high) = (high, high * high);
+            found = slowed(high);
+        }
+        let mut found = found?;
+        for _ in 0..BISECTIONS {
+            let middle = f64::sqrt(low * high);
+            match slowed(middle) {
+                Some(better) => (high, found) = (middle, better),
+                None => low = middle,
+            }
+        }
+        Some(found)
     }
 
     /// Geometric mean of the RMS contour errors, µm. `None` for a run that diverges.
@@ -192,8 +241,12 @@ impl Search<'_> {
 /// The largest peak of the sensitivity over the errors that the loop must bear. `None` if a loop does not settle.
 #[must_use]
 pub fn peak(profile: &DriveProfile, kind: Kind, gains: Gains) -> Option<f64> {
-    let environment = Environment::of_hand(profile);
-    let mut setting: Setting = profile.setting(environment);
+    peak_up_to(profile, kind, gains, f64::INFINITY)
+}
+
+/// [`peak`], if it is `limit` at most. The first that is greater ends the search.
+fn peak_up_to(profile: &DriveProfile, kind: Kind, gains: Gains, limit: f64) -> Option<f64> {
+    let mut setting: Setting = profile.setting(Environment::of_hand(profile));
     setting.gains = gains;
     setting.belief.limit = None;
     setting.round = Some(64);
@@ -206,10 +259,7 @@ pub fn peak(profile: &DriveProfile, kind: Kind, gains: Gains) -> Option<f64> {
             let plant = later(plant, delay);
             let mut built = || -> Option<Box<dyn Controller>> { kind.built(&setting) };
             let found = sensitivity_peak(&plant, &mut built)?;
-            most = most.max(found);
-            if most > MOST_PEAK {
-                return Some(most);
-            }
+            most = Some(most.max(found)).filter(|most| *most <= limit)?;
         }
     }
     Some(most)

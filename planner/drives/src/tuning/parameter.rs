@@ -8,17 +8,26 @@ use crate::gains::Gains;
 pub struct Parameter {
     /// Its field in a profile, below `gains`.
     pub name: &'static str,
-    /// Whether a smaller value makes the loop slower.
-    pub smaller_is_slower: bool,
+    /// How a smaller value changes the speed of the loop.
+    effect: Effect,
     field: fn(&mut Gains) -> &mut f64,
 }
 
+/// The effect of a smaller value on a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Effect {
+    Slower,
+    Faster,
+    /// It takes from one direction what it gives to the other.
+    Neither,
+}
+
 const fn faster(name: &'static str, field: fn(&mut Gains) -> &mut f64) -> Parameter {
-    Parameter { name, smaller_is_slower: true, field }
+    Parameter { name, effect: Effect::Slower, field }
 }
 
 const fn slower(name: &'static str, field: fn(&mut Gains) -> &mut f64) -> Parameter {
-    Parameter { name, smaller_is_slower: false, field }
+    Parameter { name, effect: Effect::Faster, field }
 }
 
 const PROPORTIONAL: Parameter = faster("proportional", |gains| &mut gains.proportional);
@@ -41,10 +50,16 @@ const INDEX: [Parameter; 3] = [
 ];
 const PREDICTIVE: [Parameter; 1] =
     [slower("design.predictive_effort", |gains| &mut gains.design.predictive_effort)];
-const CONTOURING: [Parameter; 3] = [
+const CONTOURING: [Parameter; 5] = [
     faster("design.contouring.bandwidth", |gains| &mut gains.design.contouring.bandwidth),
+    faster("design.contouring.changes", |gains| &mut gains.design.contouring.changes),
+    Parameter {
+        name: "design.contouring.lag",
+        effect: Effect::Neither,
+        field: |gains| &mut gains.design.contouring.lag,
+    },
     faster("design.contouring.observer", |gains| &mut gains.design.contouring.observer),
-    faster("design.contouring.lag", |gains| &mut gains.design.contouring.lag),
+    faster("design.contouring.load", |gains| &mut gains.design.contouring.load),
 ];
 
 impl Parameter {
@@ -90,7 +105,11 @@ impl Parameter {
     /// `gains` with this value changed by `factor` to the slower side.
     #[must_use]
     pub fn slowed(&self, gains: &Gains, factor: f64) -> Gains {
-        self.times(gains, if self.smaller_is_slower { 1.0 / factor } else { factor })
+        match self.effect {
+            Effect::Slower => self.times(gains, 1.0 / factor),
+            Effect::Faster => self.times(gains, factor),
+            Effect::Neither => *gains,
+        }
     }
 }
 

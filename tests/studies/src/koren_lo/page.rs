@@ -181,28 +181,28 @@ fn machines(text: &mut String) -> Result<(), DriveProfileError> {
     }
     text.push_str(
         "\n| profile | Kp of P, bits/pulse | PID: Kp, Ki, Kd | W(z) of CCC: Kp, Ki, Kd \
-         | contouring MPC: frequency, observer, lags | cutting force, bits at mm/min, angle |\n\
+         | contouring MPC: frequencies of commands, changes, observer, load; weight of lags | cutting force, bits at mm/min, angle |\n\
          |---|---|---|---|---|---|\n",
     );
     for (name, _) in BUILT_IN {
         let DriveProfile { gains, cutting, .. } = DriveProfile::load(name)?;
         let law = |law: PidGains| format!("{}, {}, {}", law.proportional, law.integral, law.derivative);
-        let Weights { bandwidth, observer, lag } = gains.design.contouring;
+        let Weights { bandwidth, changes, lag, observer, load } = gains.design.contouring;
         let force = cutting.map_or("–".into(), |force| {
             format!("{} at {}, {}°", force.bits, force.at_feed_mm_min, force.angle_deg)
         });
         let _ = writeln!(
             text,
-            "| `{name}` | {} | {} | {} | {bandwidth}, {observer}, {lag} | {force} |",
+            "| `{name}` | {} | {} | {} | {bandwidth}, {changes}, {observer}, {load}; {lag} | {force} |",
             gains.proportional,
             law(gains.pid),
             law(gains.cross_coupling)
         );
     }
     text.push_str(
-        "\nThe frequencies of the contouring MPC are angles per sample, rad. On the machine of Table 1 they leave it\n\
-         the same peak of the sensitivity as CCC with the paper's gains: 3.2, with ±20 % and one sample of unknown\n\
-         delay.\n",
+        "\nThe frequencies of the contouring MPC are angles per sample, rad. On the machine of Table 1 they leave it a\n\
+         peak of the sensitivity of 3.3, with drives that are 20 % wrong and one sample of unknown delay. CCC with the\n\
+         paper's gains has a peak of 3.2 with this delay alone, and with such drives as well it does not settle.\n",
     );
     Ok(())
 }

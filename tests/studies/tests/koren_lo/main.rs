@@ -22,6 +22,8 @@ use keepout_drives::plant::{Axis, Friction, Load, Plant, PlantModel};
 use keepout_drives::profile::{DriveProfile, Uncertainty};
 use keepout_drives::reference::{Ramp, Reference, ReferenceWindow};
 use keepout_drives::run::{Cutting, Task};
+use keepout_drives::tuning::margins::sensitivity_peak;
+use keepout_drives::tuning::peak;
 use keepout_planner::machine::MachineProfile;
 use keepout_studies::koren_lo::equations::{
     load_error, lost_speed_error, mismatch_error, radial_error as radial_error_of_6, recommended_gain,

@@ -1,9 +1,8 @@
 //! Contouring model-predictive control with a disturbance observer.
 //!
-//! It predicts the positions over a horizon and minimises three costs: their distances from the *path*, their
-//! lags *along* the path behind the reference (with a smaller weight), and changes of the command that the path does
-//! not ask for. What comes after the horizon costs the value of the Riccati equation (`Tail`). Commands stay within
-//! the amplifier's limit.
+//! It predicts the positions over a horizon and minimises four costs: their distances from the *path*, their
+//! lags *along* the path behind the reference (with a smaller weight), commands that neither path, friction nor load
+//! ask for, and the changes of these. What comes after the horizon costs the value of the Riccati equation (`Tail`). Commands stay within the amplifier's limit.
 //!
 //! The costs are linearised at the point of the path nearest to each predicted position. The first pass uses
 //! the plan of the previous sample, the second pass the new plan. Lags are measured along the path. At a
@@ -24,8 +23,9 @@ use crate::drive::{DriveMotion, HeldLate};
 use crate::path::left_of;
 use crate::plant::MOST_DELAY;
 use crate::reference::{ReferenceSample, ReferenceWindow};
-use model::{Prediction, Response, Tail};
+use model::{Prediction, Response, Tails};
 use places::{Pieces, Place};
+use weights::Efforts;
 pub use weights::Weights;
 
 /// Number of predicted samples.
@@ -44,10 +44,9 @@ pub struct Contouring {
     belief: Belief,
     held: [HeldLate; 2],
     responses: [Response; 2],
-    /// Weight of a change of command, 1/bits².
-    efforts: [f64; 2],
-    /// The costs after the horizon across the path, and along it.
-    tails: [Tail; 2],
+    /// Costs of commands and of their changes, 1/bits².
+    efforts: [Efforts; 2],
+    tails: Tails,
     /// Commands that do not act yet because of the delay, oldest first. The first `delay` entries are in use.
     pending: [Axes; MOST_DELAY],
     delay: usize,
@@ -69,21 +68,23 @@ impl Contouring {
     pub fn new(belief: &Belief, weights: Weights) -> Option<Self> {
         let period_s = belief.period_s;
         let held = belief.drives.map(|drive| drive.held_late(period_s, belief.delay_share));
-        let effort = weights.effort();
         let mean = belief.drives.iter().map(|drive| drive.time_constant_s).sum::<f64>() / 2.0;
-        let tail = |weight| Tail::new(mean, period_s, weight, effort);
+        let Efforts { command, change } = weights.efforts();
         Some(Self {
             weights,
             belief: *belief,
             held,
             responses: held.map(|held| Response::of(&held)),
-            efforts: belief.drives.map(|drive| effort * drive.held(period_s).b0.powi(2)),
-            tails: [tail(1.0)?, tail(weights.lag)?],
+            efforts: belief.drives.map(|drive| {
+                let reach_2 = drive.held(period_s).b0.powi(2);
+                Efforts { command: command * reach_2, change: change * reach_2 }
+            }),
+            tails: Tails::new(mean, period_s, &weights)?,
             pending: [Axes::zeros(); MOST_DELAY],
             delay: belief.delay_samples.min(MOST_DELAY),
             acting: Axes::zeros(),
             observers: std::array::from_fn(|axis| {
-                Observer::new(held[axis], weights.load(belief.drives[axis], period_s))
+                Observer::new(held[axis], weights.random_steps(belief.drives[axis], period_s))
             }),
             commands: SVector::zeros(),
             predicted: None,
@@ -170,14 +171,14 @@ impl Contouring {
         window.ahead(self.ahead(i)).along - place.along - place.tangent.dot(&(place.expected - place.point))
     }
 
-    /// The weight of that lag.
+    /// The weight of that lag, relative to that of a small one.
     fn lag_share(&self, window: &ReferenceWindow, place: &Place, i: usize) -> f64 {
-        self.weights.lag_share(self.lag(window, place, i), self.step_at(window, i))
+        Weights::lag_share(self.lag(window, place, i), self.step_at(window, i))
     }
 
-    /// The motion of a tool that follows the reference exactly, at the predicted position `i`: its velocity, and the
-    /// command until then as a steady velocity, pulses/s.
-    fn ideal(&self, window: &ReferenceWindow, i: usize) -> [Axes; 2] {
+    /// The motion of a tool that follows the path as the reference does, but is at `place` at the predicted position
+    /// `i`: its velocity, and the command until then as a steady velocity, pulses/s.
+    fn ideal(&self, window: &ReferenceWindow, place: &Place, i: usize) -> [Axes; 2] {
         let at = |by: isize| window.position(self.ahead(i) + by);
         let twice_s = 2.0 * self.belief.period_s;
         let [before, now] = [(at(0) - at(-2)) / twice_s, (at(1) - at(-1)) / twice_s];
@@ -185,7 +186,8 @@ impl Contouring {
             let decay = self.held[axis].decay;
             (now[axis] - decay * before[axis]) / (1.0 - decay)
         };
-        [now, Axes::new(command(0), command(1))]
+        let from = window.ahead(self.ahead(i)).foot.tangent;
+        [now, Axes::new(command(0), command(1))].map(|velocity| turned(velocity, from, place.tangent))
     }
 
     /// The nearest points of the path to the planned positions. They never return to a piece that the plan
@@ -207,8 +209,8 @@ impl Contouring {
         places
     }
 
-    /// The quadratic program: distances from the path and lags along it, both linearised at `places`, changes of
-    /// command, and what comes after the horizon.
+    /// The quadratic program: distances from the path and lags along it, both linearised at `places`, commands and
+    /// their changes, and what comes after the horizon.
     fn program(
         &self,
         window: &ReferenceWindow,
@@ -221,21 +223,20 @@ impl Contouring {
         for (i, place) in places.iter().enumerate() {
             let Place { point, normal, tangent, .. } = *place;
             let behind = window.ahead(self.ahead(i)).along - place.along;
-            let share = self.lag_share(window, place, i);
+            let share = self.weights.lag * self.lag_share(window, place, i);
             let off = free.positions[i] - point;
             let pull = normal * normal.dot(&off) + tangent * (share * (tangent.dot(&off) - behind));
             let weigh = |a: usize, b: usize| normal[a] * normal[b] + share * tangent[a] * tangent[b];
             let weights = [weigh(0, 0), weigh(0, 1), weigh(1, 1)];
-            for j in 0..=i {
-                let [gx, gy] = self.moved(i - j);
+            let by_command = self.responses.each_ref().map(|response| response.until(i));
+            for (j, (gx, gy)) in by_command[0].iter().zip(by_command[1]).enumerate() {
                 linear[j] += gx * pull.x;
                 linear[HORIZON + j] += gy * pull.y;
-                for k in 0..=i {
-                    let [hx, hy] = self.moved(i - k);
-                    hessian[(k, j)] += weights[0] * gx * hx;
-                    hessian[(HORIZON + k, HORIZON + j)] += weights[2] * gy * hy;
-                    hessian[(HORIZON + k, j)] += weights[1] * gx * hy;
-                }
+                let columns = hessian.as_mut_slice();
+                let (x, rest) = columns[j * COMMANDS..].split_at_mut(HORIZON);
+                add(x, by_command[0], weights[0] * gx);
+                add(rest, by_command[1], weights[1] * gx);
+                add(&mut columns[(HORIZON + j) * COMMANDS + HORIZON..], by_command[1], weights[2] * gy);
             }
         }
         for j in 0..HORIZON {
@@ -244,13 +245,8 @@ impl Contouring {
             }
         }
         self.weigh_tail(window, free, known, &places[HORIZON - 1], &mut hessian, &mut linear);
-        self.weigh_changes(window, places, &mut hessian, &mut linear);
+        self.weigh_commands(window, known, places, &mut hessian, &mut linear);
         BoxProgram { hessian, linear, limit: self.belief.limit }
-    }
-
-    /// Positions of X and Y after `i` samples, for a command of one bit.
-    fn moved(&self, i: usize) -> [f64; 2] {
-        self.responses.map(|response| response.positions[i])
     }
 
     /// Adds the cost of what comes after the horizon.
@@ -264,15 +260,15 @@ impl Contouring {
         linear: &mut SVector<f64, COMMANDS>,
     ) {
         let end = HORIZON - 1;
-        let [velocity, command] = self.ideal(window, end);
+        let [velocity, command] = self.ideal(window, place, end);
         let gains = self.belief.drives.map(|drive| drive.gain);
         let load = load_at(window, known, self.ahead(end)) + self.friction(window.ahead(self.ahead(end)));
         let load = Axes::new(gains[0] * load.x, gains[1] * load.y);
         let off = free.positions[end] - place.point;
         let behind = window.ahead(self.ahead(end)).along - place.along;
-        let share = self.lag_share(window, place, end) / self.weights.lag;
-        let directions = [(left_of(place.tangent), 0.0, 1.0), (place.tangent, behind, share)];
-        for ((direction, target, share), tail) in directions.into_iter().zip(&self.tails) {
+        let along = self.tails.along(self.lag_share(window, place, end));
+        let directions = [(left_of(place.tangent), 0.0, &self.tails.across), (place.tangent, behind, along)];
+        for (direction, target, tail) in directions {
             let state = Vector3::new(
                 direction.dot(&off) - target,
                 direction.dot(&(free.speed - velocity)),
@@ -289,48 +285,58 @@ impl Contouring {
                         _ => 0.0,
                     }
             });
-            let weighed = by_command.transpose() * (tail.value * share);
+            let weighed = by_command.transpose() * tail.value;
             *hessian += weighed * by_command;
             *linear += weighed * state;
         }
     }
 
-    /// The command that the reference asks for until the predicted position `i`, bits.
-    fn asked(&self, window: &ReferenceWindow, i: usize) -> Axes {
-        let [_, command] = self.ideal(window, i);
+    /// The command that the path asks for until the predicted position `i`, bits.
+    fn asked(&self, window: &ReferenceWindow, place: &Place, i: usize) -> Axes {
+        let [_, command] = self.ideal(window, place, i);
         let [x, y] = self.belief.drives;
         let bits = Axes::new(command.x / x.gain, command.y / y.gain);
         // In its direction, as far as the amplifier goes.
         self.belief.limit.map_or(bits, |limit| bits * (limit / bits.amax()).min(1.0))
     }
 
-    /// Adds the cost of changes of command that the path does not ask for.
-    fn weigh_changes(
+    /// The command against friction and load some samples ahead, bits.
+    fn against(&self, window: &ReferenceWindow, known: &[Vector3<f64>; 2], ahead: isize) -> Axes {
+        self.friction(window.ahead(ahead)) + load_at(window, known, ahead)
+    }
+
+    /// Adds the costs of commands that neither path, friction nor load ask for, and of their changes.
+    fn weigh_commands(
         &self,
         window: &ReferenceWindow,
+        known: &[Vector3<f64>; 2],
         places: &[Place; HORIZON],
         hessian: &mut SMatrix<f64, COMMANDS, COMMANDS>,
         linear: &mut SVector<f64, COMMANDS>,
     ) {
-        let mut before = self.asked.unwrap_or_default();
+        // A command acts one sample before the position that it causes.
+        let acts = |number: usize| self.ahead(number) - 1;
+        let mut asked_before = self.asked.unwrap_or_default();
+        let mut against_before = self.against(window, known, acts(0) - 1);
         for (number, place) in places.iter().enumerate() {
-            let asked = self.asked(window, number);
+            let asked = self.asked(window, place, number);
+            let against = self.against(window, known, acts(number));
             let share = (self.step_at(window, number) / self.lag(window, place, number).abs()).min(1.0);
+            let wanted = (asked - asked_before) * share + against - against_before;
             for axis in 0..2 {
-                let (effort, j) = (self.efforts[axis], axis * HORIZON + number);
-                let change = effort * share * (asked[axis] - before[axis]);
-                hessian[(j, j)] += effort;
-                linear[j] -= change;
+                let (Efforts { command, change }, j) = (self.efforts[axis], axis * HORIZON + number);
+                hessian[(j, j)] += command + change;
+                linear[j] -= command * (asked + against)[axis] + change * wanted[axis];
                 if number == 0 {
-                    linear[j] -= effort * self.last[axis];
+                    linear[j] -= change * self.last[axis];
                 } else {
-                    hessian[(j - 1, j - 1)] += effort;
-                    hessian[(j, j - 1)] -= effort;
-                    hessian[(j - 1, j)] -= effort;
-                    linear[j - 1] += change;
+                    hessian[(j - 1, j - 1)] += change;
+                    hessian[(j, j - 1)] -= change;
+                    hessian[(j - 1, j)] -= change;
+                    linear[j - 1] += change * wanted[axis];
                 }
             }
-            before = asked;
+            (asked_before, against_before) = (asked, against);
         }
     }
 
@@ -350,14 +356,16 @@ impl Controller for Contouring {
         let free = self.free(window, &known);
         let pieces = Pieces::around(window);
         let mut planned = self.predicted.unwrap_or(std::array::from_fn(|i| window.position(self.ahead(i))));
+        let mut first = None;
         for _ in 0..LOOKS {
             let places = self.places(window, &pieces, &planned);
             if let Some(commands) = self.program(window, &free, &known, &places).solved(&self.commands) {
                 self.commands = commands;
             }
             planned = self.planned(&free);
+            first = Some(places[0]);
         }
-        self.asked = Some(self.asked(window, 0));
+        self.asked = first.map(|place| self.asked(window, &place, 0));
         let command = Axes::new(self.commands[0], self.commands[HORIZON]);
         self.last = command;
         self.acting = self.next_acting(command) - self.friction(window.ahead(0));
@@ -375,7 +383,18 @@ impl Controller for Contouring {
 
 /// The load some samples ahead, bits. A cutting force turns with the path (eqs. (2) to (4)), and so does the estimate.
 fn load_at(window: &ReferenceWindow, known: &[Vector3<f64>; 2], ahead: isize) -> Axes {
-    let load = Axes::new(known[0][2], known[1][2]);
     let [from, to] = [0, ahead].map(|ahead| window.ahead(ahead).foot.tangent);
-    to * load.dot(&from) + left_of(to) * load.dot(&left_of(from))
+    turned(Axes::new(known[0][2], known[1][2]), from, to)
+}
+
+/// Adds `by` times `factor`.
+fn add(to: &mut [f64], by: &[f64], factor: f64) {
+    for (to, by) in to.iter_mut().zip(by) {
+        *to += by * factor;
+    }
+}
+
+/// `vector`, turned as the path turns between these two tangents.
+fn turned(vector: Axes, from: Axes, to: Axes) -> Axes {
+    to * vector.dot(&from) + left_of(to) * vector.dot(&left_of(from))
 }
