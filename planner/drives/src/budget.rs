@@ -164,14 +164,15 @@ fn source(profile: &DriveProfile, kind: Kind, question: &BudgetRequest) -> Strin
     let how = profile.interpolator.map_or(", at once".into(), |interpolator| {
         format!(", speeding up by {} mm/s²", interpolator.acceleration_mm_s2)
     });
+    let late = profile.uncertainty.delay_samples;
+    let samples = if late == 1.0 { "sample" } else { "samples" };
     format!(
-        "drives budget: {}, {}, {:.0} mm/min{by_hand}{how}, gain ±{} %, time constant ±{} %, up to {} samples late",
+        "drives budget: {}, {}, {:.0} mm/min{by_hand}{how}, gain ±{} %, time constant ±{} %, up to {late} {samples} late",
         profile.name,
         kind.names().1,
         question.feed_mm_s * 60.0,
         profile.uncertainty.gain * 100.0,
-        profile.uncertainty.time_constant * 100.0,
-        profile.uncertainty.delay_samples
+        profile.uncertainty.time_constant * 100.0
     )
 }
 
