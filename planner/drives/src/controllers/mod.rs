@@ -54,16 +54,24 @@ pub struct Belief {
     /// The rest of the delay, as a share of a sample: from 0 to below 1. Where the delay is uncertain, the middle of
     /// its range. Only the contouring controller uses it.
     pub delay_share: f64,
-    /// Coulomb friction of X and Y, bits. Only the contouring controller uses it.
-    pub coulomb_bits: [f64; 2],
+    /// Friction of X and Y. Only the contouring controller uses it.
+    pub friction: [FrictionBelief; 2],
+}
+
+/// The friction that a controller expects.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrictionBelief {
+    /// Coulomb friction, bits.
+    pub coulomb: f64,
+    /// Distance that it gives elastically after a reversal, pulses.
+    pub presliding: f64,
 }
 
 impl Belief {
     /// The same model with the limit and the friction of a plant.
     #[must_use]
     pub fn on(&self, plant: &PlantModel) -> Self {
-        let coulomb_bits = plant.axes.map(|axis| axis.friction.coulomb_bits());
-        Self { limit: plant.limit, coulomb_bits, ..*self }
+        Self { limit: plant.limit, friction: plant.axes.map(|axis| axis.friction_belief()), ..*self }
     }
 
     /// The same model with errors of these shares and signs: gain and time constant of X, then of Y.

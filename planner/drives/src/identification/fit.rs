@@ -31,7 +31,7 @@ pub(super) fn residuals(record: &HeldRecord, parameters: &Parameters) -> Vec<f64
     let [gain, time_constant_s, coulomb, delay_s, begins_mm]: [f64; COUNT] = (*parameters).into();
     let stiction = coulomb.max(record.held_bits);
     let friction = if stiction > 0.0 { Friction::Stick { coulomb, stiction } } else { Friction::None };
-    let axis = Axis { drive: Drive { gain, time_constant_s }, friction, backlash: 0.0 };
+    let axis = Axis { friction, ..Axis::ideal(Drive { gain, time_constant_s }) };
     let MotionRecord { times_s, commands, positions_mm } = record.record;
     let mut motion = DriveMotion { position: begins_mm, velocity: 0.0 };
     // The row whose command acts.

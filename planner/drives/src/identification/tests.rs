@@ -28,7 +28,7 @@ const STEPS: [[f64; 2]; 7] =
 fn record(steps: &[[f64; 2]], recording: Recording, seed: u64) -> MotionRecord {
     let mut random = fastrand::Rng::with_seed(seed);
     let friction = Friction::Stick { coulomb: COULOMB, stiction: recording.stiction };
-    let axis = Axis { drive: DRIVE, friction, backlash: 0.0 };
+    let axis = Axis { friction, ..Axis::ideal(DRIVE) };
     let mut record = MotionRecord::default();
     let mut motion = DriveMotion::default();
     let (mut before, period_s) = (0.0, 0.001);

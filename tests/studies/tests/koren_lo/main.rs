@@ -18,7 +18,7 @@ use keepout_drives::controllers::selection::Environment;
 use keepout_drives::drive::Drive;
 use keepout_drives::metrics::{Figures, Moment, Spread};
 use keepout_drives::path::Path;
-use keepout_drives::plant::{Axis, Friction, Load, Plant, PlantModel};
+use keepout_drives::plant::{Axis, Load, Plant, PlantModel};
 use keepout_drives::profile::{DriveProfile, Uncertainty};
 use keepout_drives::reference::{Ramp, Reference, ReferenceWindow};
 use keepout_drives::run::{Cutting, Task};
@@ -169,7 +169,7 @@ fn load_on_a_line_causes_the_error_of_equation_5() {
 }
 
 fn axis(drive: Drive) -> Axis {
-    Axis { drive, friction: Friction::None, backlash: 0.0 }
+    Axis::ideal(drive)
 }
 
 /// The settled radial error of a P loop on the paper's circle, µm.

@@ -9,6 +9,7 @@
 //! sharp corner they draw the tool to the tip and around it, never back. A Kalman observer of each axis
 //! estimates position, speed and load.
 
+mod friction;
 mod model;
 mod places;
 mod weights;
@@ -22,7 +23,8 @@ use crate::Axes;
 use crate::drive::{DriveMotion, HeldLate};
 use crate::path::left_of;
 use crate::plant::MOST_DELAY;
-use crate::reference::{ReferenceSample, ReferenceWindow};
+use crate::reference::ReferenceWindow;
+use friction::FrictionAhead;
 use model::{Prediction, Response, Tails};
 use places::{Pieces, Place};
 use weights::Efforts;
@@ -34,8 +36,6 @@ pub const HORIZON: usize = 15;
 const LOOKS: usize = 2;
 /// Number of commands of both axes over the horizon.
 const COMMANDS: usize = 2 * HORIZON;
-/// Distance of the reference in a sample up to which an axis stands, pulses.
-const STANDING: f64 = 1e-3;
 
 /// The contouring controller with its observers and its current plan.
 #[derive(Clone, Debug)]
@@ -52,6 +52,7 @@ pub struct Contouring {
     delay: usize,
     /// The command that acts since the last sample, without the friction.
     acting: Axes,
+    friction: FrictionAhead,
     observers: [Observer; 2],
     commands: SVector<f64, COMMANDS>,
     predicted: Option<[Axes; HORIZON]>,
@@ -83,6 +84,7 @@ impl Contouring {
             pending: [Axes::zeros(); MOST_DELAY],
             delay: belief.delay_samples.min(MOST_DELAY),
             acting: Axes::zeros(),
+            friction: FrictionAhead::at_rest(belief.friction),
             observers: std::array::from_fn(|axis| {
                 Observer::new(held[axis], weights.random_steps(belief.drives[axis], period_s))
             }),
@@ -94,14 +96,6 @@ impl Contouring {
         })
     }
 
-    /// The friction against the motion of the reference at a sample, bits.
-    fn friction(&self, sample: &ReferenceSample) -> Axes {
-        let step = sample.velocity() * self.belief.period_s;
-        let [x, y] = self.belief.coulomb_bits;
-        let against = |level: f64, step: f64| if step.abs() > STANDING { level * step.signum() } else { 0.0 };
-        Axes::new(against(x, step.x), against(y, step.y))
-    }
-
     /// Prediction under the pending commands and then commands of zero.
     fn free(&self, window: &ReferenceWindow, known: &[Vector3<f64>; 2]) -> Prediction {
         let mut motions = known.map(|state| DriveMotion { position: state[0], velocity: state[1] });
@@ -109,7 +103,7 @@ impl Contouring {
         let mut ahead = 0;
         let mut go_on = |command: Axes| {
             let load = load_at(window, known, ahead);
-            let command = command - self.friction(window.ahead(ahead));
+            let command = command - self.friction.at(ahead);
             for (axis, (motion, held)) in motions.iter_mut().zip(&self.held).enumerate() {
                 *motion = held.after(*motion, [before[axis] - load[axis], command[axis] - load[axis]]);
             }
@@ -262,7 +256,7 @@ impl Contouring {
         let end = HORIZON - 1;
         let [velocity, command] = self.ideal(window, place, end);
         let gains = self.belief.drives.map(|drive| drive.gain);
-        let load = load_at(window, known, self.ahead(end)) + self.friction(window.ahead(self.ahead(end)));
+        let load = load_at(window, known, self.ahead(end)) + self.friction.at(self.ahead(end));
         let load = Axes::new(gains[0] * load.x, gains[1] * load.y);
         let off = free.positions[end] - place.point;
         let behind = window.ahead(self.ahead(end)).along - place.along;
@@ -302,7 +296,7 @@ impl Contouring {
 
     /// The command against friction and load some samples ahead, bits.
     fn against(&self, window: &ReferenceWindow, known: &[Vector3<f64>; 2], ahead: isize) -> Axes {
-        self.friction(window.ahead(ahead)) + load_at(window, known, ahead)
+        self.friction.at(ahead) + load_at(window, known, ahead)
     }
 
     /// Adds the costs of commands that neither path, friction nor load ask for, and of their changes.
@@ -352,6 +346,7 @@ impl Contouring {
 
 impl Controller for Contouring {
     fn step(&mut self, window: &ReferenceWindow, measured: Axes) -> Axes {
+        self.friction.go_on(window, self.belief.period_s);
         let known = [self.observers[0].see(measured.x), self.observers[1].see(measured.y)];
         let free = self.free(window, &known);
         let pieces = Pieces::around(window);
@@ -368,7 +363,7 @@ impl Controller for Contouring {
         self.asked = first.map(|place| self.asked(window, &place, 0));
         let command = Axes::new(self.commands[0], self.commands[HORIZON]);
         self.last = command;
-        self.acting = self.next_acting(command) - self.friction(window.ahead(0));
+        self.acting = self.next_acting(command) - self.friction.at(0);
         self.observers[0].go_on(self.acting.x);
         self.observers[1].go_on(self.acting.y);
         let load = load_at(window, &known, 1);

@@ -1,5 +1,7 @@
 //! Machine profiles of feed drives, as TOML.
 
+mod axis;
+
 use std::path::Path as FilePath;
 
 use keepout_planner::file::{FileError, FileKind};
@@ -12,8 +14,10 @@ use super::controllers::kind::{Kind, Setting};
 use super::controllers::selection::Environment;
 use super::drive::Drive;
 use super::gains::Gains;
-use super::plant::{Axis, Friction, MOST_DELAY, PlantModel};
+use super::plant::{MOST_DELAY, PlantModel};
 use super::run::Cutting;
+pub use axis::{AxisProfile, ResonanceProfile};
+use axis::{X_FIELDS, Y_FIELDS};
 
 /// Two feed drives with their amplifiers, encoders, loads and controller gains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -52,24 +56,6 @@ pub struct DriveProfile {
     /// Limits of the interpolator that makes the reference. Without it, the feed is constant, as in the
     /// paper.
     pub interpolator: Option<Interpolator>,
-}
-
-/// One drive of a profile.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AxisProfile {
-    /// K, pulses/(s·bit).
-    pub gain: f64,
-    /// tau, s.
-    pub time_constant_s: f64,
-    /// Coulomb friction, bits.
-    #[serde(default)]
-    pub coulomb_bits: f64,
-    /// Command above which an axis at rest starts to move, bits. Without it, the Coulomb friction.
-    pub stiction_bits: Option<f64>,
-    /// Play between motor and table, mm.
-    #[serde(default)]
-    pub backlash_mm: f64,
 }
 
 /// The cutting force of eqs. (2) to (4).
@@ -165,11 +151,11 @@ static DRIVE_PROFILE: FileKind = FileKind {
 
 /// The built-in profiles, as names and TOML texts.
 pub const BUILT_IN: [(&str, &str); 5] = [
-    ("koren-lo-table-1", include_str!("machines/koren-lo-table-1.toml")),
-    ("koren-lo-table-1-mismatched", include_str!("machines/koren-lo-table-1-mismatched.toml")),
-    ("koren-lo-table-2", include_str!("machines/koren-lo-table-2.toml")),
-    ("nsk-modules", include_str!("machines/nsk-modules.toml")),
-    ("simulated", include_str!("machines/simulated.toml")),
+    ("koren-lo-table-1", include_str!("../machines/koren-lo-table-1.toml")),
+    ("koren-lo-table-1-mismatched", include_str!("../machines/koren-lo-table-1-mismatched.toml")),
+    ("koren-lo-table-2", include_str!("../machines/koren-lo-table-2.toml")),
+    ("nsk-modules", include_str!("../machines/nsk-modules.toml")),
+    ("simulated", include_str!("../machines/simulated.toml")),
 ];
 
 impl DriveProfile {
@@ -235,18 +221,8 @@ impl DriveProfile {
             ("uncertainty.time_constant", self.uncertainty.time_constant, (0.0, 0.9)),
             ("uncertainty.delay_samples", self.uncertainty.delay_samples, (0.0, 1.0)),
         ];
-        let names = [
-            ["x.gain", "x.time_constant_s", "x.coulomb_bits", "x.stiction_bits", "x.backlash_mm"],
-            ["y.gain", "y.time_constant_s", "y.coulomb_bits", "y.stiction_bits", "y.backlash_mm"],
-        ];
-        for (axis, [gain, time_constant, coulomb, stiction, backlash]) in [self.x, self.y].iter().zip(names) {
-            figures.extend([
-                (gain, axis.gain, (1e-9, 1e9)),
-                (time_constant, axis.time_constant_s, (self.period_s / 100.0, 1e3)),
-                (coulomb, axis.coulomb_bits, (0.0, 1e9)),
-                (stiction, axis.stiction_bits.unwrap_or(axis.coulomb_bits), (axis.coulomb_bits, 1e9)),
-                (backlash, axis.backlash_mm, (0.0, 10.0)),
-            ]);
+        for (axis, names) in [(self.x, X_FIELDS), (self.y, Y_FIELDS)] {
+            figures.extend(axis.figures(&names, self.period_s));
         }
         let gains = self.gains.figures().into_iter();
         figures.extend(gains.map(|each| (each.field, each.value, each.range.into_inner())));
@@ -273,14 +249,8 @@ impl DriveProfile {
     /// The plant, with sticking friction.
     #[must_use]
     pub fn plant(&self) -> PlantModel {
-        let axis = |profile: AxisProfile, drive: Drive| Axis {
-            drive,
-            friction: profile.stick(),
-            backlash: profile.backlash_mm * self.pulses_per_mm,
-        };
-        let [x, y] = self.drives();
         PlantModel {
-            axes: [axis(self.x, x), axis(self.y, y)],
+            axes: [self.x, self.y].map(|axis| axis.axis(self.pulses_per_mm)),
             period_s: self.period_s,
             limit: self.limit_bits,
             whole_numbers: self.whole_numbers,
@@ -295,8 +265,8 @@ impl DriveProfile {
         let Self { period_s, limit_bits: limit, delay_samples, .. } = *self;
         // The middle of the range in which the delay lies.
         let delay_share = (self.uncertainty.delay_samples / 2.0).clamp(0.0, 0.999);
-        let coulomb_bits = [self.x.coulomb_bits, self.y.coulomb_bits];
-        Belief { drives: self.drives(), period_s, limit, delay_samples, delay_share, coulomb_bits }
+        let friction = [self.x, self.y].map(|axis| axis.axis(self.pulses_per_mm).friction_belief());
+        Belief { drives: self.drives(), period_s, limit, delay_samples, delay_share, friction }
     }
 
     /// The settings of a controller that knows these drives exactly.
@@ -333,15 +303,6 @@ impl DriveProfile {
 #[expect(clippy::cast_precision_loss, reason = "a few samples")]
 const MOST_DELAY_F: f64 = MOST_DELAY as f64;
 
-impl AxisProfile {
-    /// The sticking friction of the axis.
-    #[must_use]
-    pub fn stick(&self) -> Friction {
-        let stiction = self.stiction_bits.unwrap_or(self.coulomb_bits);
-        if stiction > 0.0 { Friction::Stick { coulomb: self.coulomb_bits, stiction } } else { Friction::None }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -362,6 +323,22 @@ mod tests {
         }
     }
 
+    /// Pre-sliding and resonance of one axis, as a machinist writes them.
+    #[test]
+    fn physics_of_an_axis_is_optional() {
+        let physics = "coulomb_bits = 100.0\nstiction_bits = 120.0\npresliding_mm = 0.02\nstribeck_mm_s = 2.0\n\
+                       backlash_mm = 0.01\nresonance = { frequency_hz = 40.0, damping = 0.05, table_share = 0.4 }";
+        let text = BUILT_IN[0].1.replacen("coulomb_bits = 100.0", physics, 1);
+        let profile = DriveProfile::parse("x.toml", &text).unwrap();
+        assert_eq!(DriveProfile::parse("x.toml", &profile.to_toml().unwrap()).unwrap(), profile);
+        let [x, y] = profile.plant().axes;
+        let presliding = x.presliding.unwrap();
+        assert!((presliding.stiffness - 50.0).abs() < 1e-9 && (presliding.stribeck - 200.0).abs() < 1e-9);
+        assert!((x.resonance.unwrap().angular - 251.327).abs() < 1e-3);
+        assert!((profile.belief().friction[0].presliding - 2.0).abs() < 1e-9);
+        assert!(y.presliding.is_none() && y.resonance.is_none());
+    }
+
     #[test]
     fn out_of_range_values_are_rejected_with_their_field() {
         let text = BUILT_IN[0].1;
@@ -370,6 +347,13 @@ mod tests {
             ("gain = 10.0", "gain = nan", "x.gain is NaN"),
             ("period_s = 0.004", "period_s = 0.0", "period_s is 0"),
             ("coulomb_bits = 100.0", "coulomb_bits = 100.0\nstiction_bits = 3.0", "x.stiction_bits is 3"),
+            ("coulomb_bits = 100.0", "presliding_mm = 0.01", "x.coulomb_bits is 0"),
+            ("coulomb_bits = 100.0", "coulomb_bits = 100.0\npresliding_mm = 0.0", "x.presliding_mm is 0"),
+            (
+                "coulomb_bits = 100.0",
+                "resonance = { frequency_hz = 40.0, damping = 0.05, table_share = 1.0 }",
+                "x.resonance.table_share is 1",
+            ),
             ("[x]", "[z]", "z"),
             ("period_s", "delay_samples = 99\nperiod_s", "delay_samples is 99"),
         ] {

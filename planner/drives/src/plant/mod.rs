@@ -1,52 +1,15 @@
-//! The two-axis plant: drives, friction, saturation, whole-number encoders and commands, delay and backlash.
+//! The two-axis plant: drives, friction, saturation, whole-number encoders and commands, delay, backlash and resonance.
 
-use serde::{Deserialize, Serialize};
+mod axis;
+mod friction;
+mod resonance;
 
 use super::Axes;
 use super::drive::{Drive, DriveMotion};
-use keepout_planner::Mm2;
-
-/// Friction of an axis, bits. It does not depend on the speed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Friction {
-    /// No friction.
-    #[default]
-    None,
-    /// Friction against the direction of the reference, as in eq. (4).
-    Reference(f64),
-    /// Friction against the motion of the axis. At rest it holds the axis up to `stiction`, which is at least
-    /// `coulomb`.
-    Stick {
-        /// Friction while the axis moves.
-        coulomb: f64,
-        /// Command above which an axis at rest starts to move.
-        stiction: f64,
-    },
-}
-
-impl Friction {
-    /// The friction of a moving axis, bits.
-    #[must_use]
-    pub fn coulomb_bits(&self) -> f64 {
-        match *self {
-            Self::None => 0.0,
-            Self::Reference(level) => level,
-            Self::Stick { coulomb, .. } => coulomb,
-        }
-    }
-}
-
-/// One axis of the plant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
-    /// The drive.
-    pub drive: Drive,
-    /// The friction.
-    pub friction: Friction,
-    /// Play between motor and table, pulses. The encoder is on the motor.
-    pub backlash: f64,
-}
+use axis::Acting;
+pub use axis::{Axis, AxisMotion};
+pub use friction::{Friction, Presliding};
+pub use resonance::Resonance;
 
 /// The parameters of a plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,8 +35,14 @@ impl PlantModel {
     /// Two drives without friction, saturation, rounding, delay or backlash.
     #[must_use]
     pub fn ideal(drives: [Drive; 2], period_s: f64) -> Self {
-        let axes = drives.map(|drive| Axis { drive, friction: Friction::None, backlash: 0.0 });
-        Self { axes, period_s, limit: None, whole_numbers: false, delay_samples: 0, delay_share: 0.0 }
+        Self {
+            axes: drives.map(Axis::ideal),
+            period_s,
+            limit: None,
+            whole_numbers: false,
+            delay_samples: 0,
+            delay_share: 0.0,
+        }
     }
 
     /// The two drives.
@@ -92,12 +61,22 @@ pub struct Load {
     pub reference_velocity: Axes,
 }
 
+impl Load {
+    /// What acts on an axis under a command.
+    fn acting(&self, command: Axes, axis: usize) -> Acting {
+        Acting {
+            command: command[axis],
+            force: self.cutting[axis],
+            reference_velocity: self.reference_velocity[axis],
+        }
+    }
+}
+
 /// A plant in motion.
 #[derive(Clone, Debug)]
 pub struct Plant {
     model: PlantModel,
-    motors: [DriveMotion; 2],
-    table: Axes,
+    motions: [AxisMotion; 2],
     late: [Axes; MOST_DELAY],
     /// The command that acted last.
     acted: Axes,
@@ -109,11 +88,13 @@ impl Plant {
     /// A plant at rest at `position`, pulses.
     #[must_use]
     pub fn at_rest(model: PlantModel, position: Axes) -> Self {
-        let motor = |position| DriveMotion { position, velocity: 0.0 };
+        let motion = |position| {
+            let rest = DriveMotion { position, velocity: 0.0 };
+            AxisMotion { motor: rest, table: rest, deflection: 0.0 }
+        };
         Self {
             model,
-            motors: [motor(position.x), motor(position.y)],
-            table: position,
+            motions: [motion(position.x), motion(position.y)],
             late: [Axes::zeros(); MOST_DELAY],
             acted: Axes::zeros(),
             steps: 0,
@@ -124,20 +105,23 @@ impl Plant {
     /// Position by the encoders, pulses.
     #[must_use]
     pub fn measured(&self) -> Axes {
-        let exact = Axes::new(self.motors[0].position, self.motors[1].position);
+        let [x, y] = self.motions;
+        let exact = Axes::new(x.motor.position, y.motor.position);
         if self.model.whole_numbers { exact.map(f64::round) } else { exact }
     }
 
     /// Position of the table, pulses.
     #[must_use]
     pub fn position(&self) -> Axes {
-        self.table
+        let [x, y] = self.motions;
+        Axes::new(x.table.position, y.table.position)
     }
 
     /// Speed of the motors, pulses/s.
     #[must_use]
     pub fn velocity(&self) -> Axes {
-        Axes::new(self.motors[0].velocity, self.motors[1].velocity)
+        let [x, y] = self.motions;
+        Axes::new(x.motor.velocity, y.motor.velocity)
     }
 
     /// Share of the commands that the amplifier clipped at its limit.
@@ -184,23 +168,14 @@ impl Plant {
     /// Advances under a constant net command.
     fn go_on(&mut self, command: Axes, load: &Load, seconds: f64) {
         for (index, axis) in self.model.axes.iter().enumerate() {
-            let net = command[index] - load.cutting[index];
-            let motor = &mut self.motors[index];
-            *motor = axis.moved(*motor, net, load.reference_velocity[index], seconds);
-            let play = axis.backlash / 2.0;
-            // After a divergence the bounds are not ordered, and the position is NaN.
-            let (low, high) = (motor.position - play, motor.position + play);
-            self.table[index] = if low <= high { self.table[index].clamp(low, high) } else { f64::NAN };
+            self.motions[index] = axis.after(self.motions[index], &load.acting(command, index), seconds);
         }
     }
 
-    /// A bound on the acceleration under a command, pulses/s²: `(|v| + K·(|u − d| + friction))/tau`, for both axes
-    /// together. It is not less at any time before the speed is farther from zero.
+    /// A bound on the acceleration under a command, pulses/s², for both axes together.
     fn largest_acceleration(&self, command: Axes, load: &Load) -> f64 {
         let on = |index: usize| {
-            let axis = &self.model.axes[index];
-            let bits = (command[index] - load.cutting[index]).abs() + axis.friction.coulomb_bits();
-            (self.motors[index].velocity.abs() + axis.drive.gain * bits) / axis.drive.time_constant_s
+            self.model.axes[index].largest_acceleration(&self.motions[index], &load.acting(command, index))
         };
         f64::hypot(on(0), on(1))
     }
@@ -222,54 +197,8 @@ impl Plant {
     }
 }
 
-impl Axis {
-    /// The motion after `seconds` under a net command of `bits`.
-    pub(crate) fn moved(
-        &self,
-        from: DriveMotion,
-        bits: f64,
-        reference_velocity: f64,
-        seconds: f64,
-    ) -> DriveMotion {
-        match self.friction {
-            Friction::None => self.drive.after(from, bits, seconds),
-            Friction::Reference(level) => {
-                let against =
-                    if reference_velocity == 0.0 { 0.0 } else { level * reference_velocity.signum() };
-                self.drive.after(from, bits - against, seconds)
-            }
-            Friction::Stick { coulomb, stiction } => {
-                self.stuck_or_moved(from, bits, Mm2::new(coulomb, stiction), seconds)
-            }
-        }
-    }
-
-    /// [`Axis::moved`] with sticking friction. In one period the axis stops at most once and starts again at
-    /// most once.
-    fn stuck_or_moved(
-        &self,
-        from: DriveMotion,
-        bits: f64,
-        Mm2 { x: coulomb, y: stiction }: Mm2,
-        seconds: f64,
-    ) -> DriveMotion {
-        let (mut motion, mut left) = (from, seconds);
-        if motion.velocity != 0.0 {
-            let net = bits - coulomb * motion.velocity.signum();
-            match self.drive.stands_after(motion.velocity, net).filter(|&after| after < left) {
-                None => return self.drive.after(motion, net, left),
-                Some(after) => {
-                    motion = DriveMotion { velocity: 0.0, ..self.drive.after(motion, net, after) };
-                    left -= after;
-                }
-            }
-        }
-        if bits.abs() <= stiction {
-            return motion;
-        }
-        self.drive.after(motion, bits - coulomb * bits.signum(), left)
-    }
-}
+#[cfg(test)]
+mod physics_tests;
 
 #[cfg(test)]
 mod tests {
@@ -336,7 +265,7 @@ mod tests {
         let mut model = model();
         model.axes[0].backlash = 0.5;
         let mut plant = Plant::at_rest(model, Axes::zeros());
-        let gap = |plant: &Plant| plant.motors[0].position - plant.position().x;
+        let gap = |plant: &Plant| plant.measured().x - plant.position().x;
         for _ in 0..30 {
             plant.step(Axes::new(10.0, 0.0), &Load::default());
         }
