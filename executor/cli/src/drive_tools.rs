@@ -16,7 +16,7 @@ use keepout_planner::machine::{ContourErrorSource, MachineProfile};
 
 use super::CliError;
 use super::drives::{bar, show};
-use super::plan::{given, refuse_same, write};
+use super::plan::{check_ending, given, refuse_same, write};
 
 #[derive(Debug, Args)]
 pub struct IdentifyArguments {
@@ -82,6 +82,9 @@ pub struct BallbarArguments {
     /// Output file of the machine profile, TOML.
     #[arg(short, long, value_name = "FILE", requires = "machine_profile")]
     output: Option<PathBuf>,
+    /// Output file of the picture of the test, SVG.
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
 }
 
 fn kind(text: &str) -> Result<Kind, String> {
@@ -218,7 +221,10 @@ pub fn export_gains(arguments: &ExportArguments) -> Result<ExitCode, CliError> {
 const RADII_MM: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
 pub fn ballbar(arguments: &BallbarArguments) -> Result<ExitCode, CliError> {
-    refuse_same(&[&arguments.record], &given(&[arguments.output.as_ref()]))?;
+    refuse_same(&[&arguments.record], &given(&[arguments.output.as_ref(), arguments.picture.as_ref()]))?;
+    if let Some(picture) = &arguments.picture {
+        check_ending(picture, "svg")?;
+    }
     let (radius_mm, feed) = (arguments.radius_mm, feed_mm_s(arguments.feed)? * 60.0);
     if !RADII_MM.contains(&radius_mm) {
         return Err(CliError::Argument(format!("--radius-mm {radius_mm} must be between 1 and 1000 mm")));
@@ -227,7 +233,8 @@ pub fn ballbar(arguments: &BallbarArguments) -> Result<ExitCode, CliError> {
         .map_err(|error| CliError::Argument(error.to_string()))?;
     let [most, least] = found.deviations_mm;
     let [at_most, at_least] = found.directions_deg;
-    println!("points       {}, about {:.4}, {:.4} mm", found.points, found.centre_mm.x, found.centre_mm.y);
+    let points = found.points_mm.len();
+    println!("points       {points}, about {:.4}, {:.4} mm", found.centre_mm.x, found.centre_mm.y);
     println!(
         "radius       {most:+.4} mm at {at_most:.0}°, {least:+.4} mm at {at_least:.0}°, {:.4} mm RMS",
         found.rms_mm
@@ -237,11 +244,15 @@ pub fn ballbar(arguments: &BallbarArguments) -> Result<ExitCode, CliError> {
         "contour error {:.4} mm, for feeds up to {feed:.0} mm/min on radii from {radius_mm} mm",
         found.term_mm()
     );
+    let name = arguments.record.file_name().unwrap_or_default().to_string_lossy();
+    if let Some(picture) = &arguments.picture {
+        write(picture, found.svg(&name).as_bytes())?;
+        println!("written      {}", picture.display());
+    }
     if let (Some(machine), Some(output)) = (&arguments.machine_profile, &arguments.output) {
         let machine = MachineProfile::load(machine)?;
-        let name = arguments.record.file_name().unwrap_or_default().to_string_lossy();
         let source =
-            format!("circular test {name}, radius {radius_mm} mm, {feed:.0} mm/min, {} points", found.points);
+            format!("circular test {name}, radius {radius_mm} mm, {feed:.0} mm/min, {points} points");
         let machine = MachineProfile {
             contour_error_mm: found.term_mm(),
             contour_error_source: ContourErrorSource::Measured(source),

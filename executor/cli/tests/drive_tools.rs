@@ -86,10 +86,13 @@ fn circular_test_becomes_the_contour_error_of_a_plan() {
     std::fs::write(&points, text).unwrap();
     std::fs::write(&base, keepout_planner::machine::MachineProfile::simulated().to_toml()).unwrap();
     let ballbar = ["drives", "ballbar", &points, "--radius-mm", "50", "--feed", "900"];
-    let profiles = ["--machine-profile", &base, "-o", &machine];
+    let picture = file("ball.svg");
+    let profiles = ["--machine-profile", &base, "-o", &machine, "--picture", &picture];
     let output = keepout(&[&ballbar[..], &profiles].concat());
     assert_eq!(code(&output), 0, "{}", complaint(&output));
     assert!(printed(&output).contains("contour error 0.0120 mm"), "{}", printed(&output));
+    let drawn = std::fs::read_to_string(&picture).unwrap();
+    assert!(drawn.contains("Circular test ball.csv") && drawn.contains("720 points"), "{drawn}");
     let tool = ["--tool-diameter", "6", "--machine-profile", &machine];
     let planned = keepout(&[&["plan", &bracket(), "-o", &plan], &tool[..]].concat());
     assert_eq!(code(&planned), 0, "{}", complaint(&planned));
@@ -107,7 +110,7 @@ fn wrong_arguments_are_named_and_write_no_file() {
     let rows: String = (0..200).map(|row| format!("{},{},0.5\n", f64::from(row) * 0.01, row / 100)).collect();
     std::fs::write(&still, format!("time_s,x_command,x_position_mm\n{rows}")).unwrap();
     let ball = ["ballbar", &still, "--radius-mm"];
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
         (&["identify", &text], "has 1 rows of numbers"),
         (&["identify", "none.csv"], "none.csv"),
         (&["identify", &still, "--drives", "simulated", "-o", &out], "axis x: the axis moves 0.000 mm"),
@@ -119,6 +122,7 @@ fn wrong_arguments_are_named_and_write_no_file() {
         ),
         (&[ball[0], ball[1], ball[2], "0.1", "--feed", "900"], "must be between 1 and 1000 mm"),
         (&[ball[0], ball[1], ball[2], "50", "--feed", "900"], "has no columns x_mm, y_mm"),
+        (&[ball[0], ball[1], ball[2], "50", "--feed", "900", "--picture", &out], "out.toml"),
     ];
     for (arguments, says) in cases {
         let output = keepout(&[&["drives"], arguments].concat());

@@ -1,5 +1,7 @@
 //! The circular test: how far a machine leaves a circle (ISO 230-4), measured by a ballbar or a grid encoder.
 
+mod picture;
+
 use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
@@ -9,10 +11,12 @@ use crate::Axes;
 use crate::number_table::{NumberTable, TableError};
 
 /// The result of a circular test, mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CircularTest {
-    /// Number of points.
-    pub points: usize,
+    /// Nominal radius of the circle.
+    pub radius_mm: f64,
+    /// The points, about the centre, in the order of the file.
+    pub points_mm: Vec<Axes>,
     /// Centre of the circle of least squares: how the instrument was set up.
     pub centre_mm: Axes,
     /// Largest and smallest radial deviation from the nominal circle about that centre: F(max) and F(min).
@@ -110,10 +114,11 @@ impl CircularTest {
             return Err(BallbarError::Gap { name: name.into(), gap_deg });
         }
         let sum: f64 = points.iter().map(|point| deviation(point).powi(2)).sum();
+        let points_mm = points.iter().map(|point| point - centre_mm).collect();
         #[expect(clippy::cast_precision_loss, reason = "a count of points")]
         let rms_mm = (sum / points.len() as f64).sqrt();
         let directions_deg = [most, least].map(direction);
-        Ok(Self { points: points.len(), centre_mm, deviations_mm, directions_deg, rms_mm })
+        Ok(Self { radius_mm, points_mm, centre_mm, deviations_mm, directions_deg, rms_mm })
     }
 
     /// The contour-error term, mm: the largest deviation, rounded up to 0.1 µm.
@@ -121,6 +126,12 @@ impl CircularTest {
     pub fn term_mm(&self) -> f64 {
         let most = self.deviations_mm[0].abs().max(self.deviations_mm[1].abs());
         (most * 10_000.0).ceil() / 10_000.0
+    }
+
+    /// The picture of the test: the deviations, magnified, around the circle.
+    #[must_use]
+    pub fn svg(&self, name: &str) -> String {
+        picture::svg(self, name)
     }
 
     /// The circular deviation G, mm: the range of the deviations.
