@@ -167,7 +167,8 @@ fn source(profile: &DriveProfile, kind: Kind, question: &BudgetRequest) -> Strin
     let late = profile.uncertainty.delay_samples;
     let samples = if late == 1.0 { "sample" } else { "samples" };
     format!(
-        "drives budget: {}, {}, {:.0} mm/min{by_hand}{how}, gain ±{} %, time constant ±{} %, up to {late} {samples} late",
+        "drives budget: {}, {}, {:.0} mm/min{by_hand}{how}, gain ±{} %, time constant ±{} %, up to {late} {samples} \
+         late",
         profile.name,
         kind.names().1,
         question.feed_mm_s * 60.0,

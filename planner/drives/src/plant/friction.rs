@@ -36,8 +36,8 @@ impl Friction {
     }
 }
 
-/// The elastic part of sticking friction, and its fall with the speed: the LuGre model (Canudas de Wit, Olsson, Åström &
-/// Lischinsky 1995, "A new model for control of systems with friction", eqs. (1) to (3)).
+/// The elastic part of sticking friction, and its fall with the speed: the LuGre model (Canudas de Wit, Olsson, Åström
+/// & Lischinsky 1995, "A new model for control of systems with friction", eqs. (1) to (3)).
 ///
 /// `z' = v − σ0·|v|/g(v)·z`, `F = σ0·z + σ1·z'`, `g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²)`. The viscous part is in the
 /// drive.
@@ -75,8 +75,8 @@ impl Presliding {
         self.stiffness * deflection + self.damping * velocity * self.growth(velocity, deflection, levels)
     }
 
-    /// Motion and deflection after a short time under `bits`: half a step of the deflection, a step of the motor, half a
-    /// step of the deflection. Each is exact.
+    /// Motion and deflection after a short time under `bits`: half a step of the deflection, a step of the motor, half
+    /// a step of the deflection. Each is exact.
     pub(super) fn after(
         &self,
         drive: Drive,

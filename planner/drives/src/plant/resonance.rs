@@ -2,8 +2,8 @@
 
 use super::axis::AxisMotion;
 
-/// One structural resonance: the table hangs on the motor by a spring with a damper (the two-mass model of a feed drive:
-/// Altintas, Verl, Brecher, Uriarte & Pritschow 2011, "Machine tool feed drives", CIRP Annals 60(2)).
+/// One structural resonance: the table hangs on the motor by a spring with a damper (the two-mass model of a feed
+/// drive: Altintas, Verl, Brecher, Uriarte & Pritschow 2011, "Machine tool feed drives", CIRP Annals 60(2)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resonance {
     /// Angular frequency of the table while the motor is held, rad/s.
@@ -15,8 +15,8 @@ pub struct Resonance {
 }
 
 impl Resonance {
-    /// The acceleration of the table by the spring, pulses/s². Within the play of `play` pulses to each side, the spring
-    /// does not touch it.
+    /// The acceleration of the table by the spring, pulses/s². Within the play of `play` pulses to each side, the
+    /// spring does not touch it.
     pub(super) fn pull(&self, motion: &AxisMotion, play: f64) -> f64 {
         let stretch = motion.motor.position - motion.table.position;
         let beyond = stretch - stretch.clamp(-play, play);

@@ -82,8 +82,8 @@ mod tests {
         steady.iter().map(|moment| moment.contour_error.abs()).fold(0.0, f64::max) * profile.um()
     }
 
-    /// Friction that turns over a distance leaves a glitch at each quadrant. A controller that knows the distance leaves
-    /// a smaller one than a controller that expects a jump, or nothing.
+    /// Friction that turns over a distance leaves a glitch at each quadrant. A controller that knows the distance
+    /// leaves a smaller one than a controller that expects a jump, or nothing.
     #[test]
     fn glitch_at_a_quadrant_is_compensated() {
         let mut profile = DriveProfile::simulated().unwrap();

@@ -1,8 +1,9 @@
 //! Contouring model-predictive control with a disturbance observer.
 //!
-//! It predicts the positions over a horizon and minimises four costs: their distances from the *path*, their
-//! lags *along* the path behind the reference (with a smaller weight), commands that neither path, friction nor load
-//! ask for, and the changes of these. What comes after the horizon costs the value of the Riccati equation (`Tail`). Commands stay within the amplifier's limit.
+//! It predicts the positions over a horizon and minimises four costs: their distances from the *path*, their lags
+//! *along* the path behind the reference (with a smaller weight), commands that neither path, friction nor load ask
+//! for, and the changes of these. What comes after the horizon costs the value of the Riccati equation (`Tail`).
+//! Commands stay within the amplifier's limit.
 //!
 //! The costs are linearised at the point of the path nearest to each predicted position. The first pass uses
 //! the plan of the previous sample, the second pass the new plan. Lags are measured along the path. At a
