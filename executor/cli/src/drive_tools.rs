@@ -118,7 +118,9 @@ pub fn identify_drives(arguments: &IdentifyArguments) -> Result<ExitCode, CliErr
 /// The lines of an identified drive.
 fn described(axis: &str, drive: &IdentifiedDrive) -> String {
     let line = |name: &str, Estimate { value, half_width }: Estimate, factor: f64, unit: &str| {
-        format!("{name:<24} {:.4} ± {:.4} {unit}\n", value * factor, half_width * factor)
+        let (value, half_width) = (value * factor, half_width * factor);
+        let decimals = decimals(half_width);
+        format!("{name:<24} {value:.decimals$} ± {half_width:.decimals$} {unit}\n")
     };
     let mut text = format!("axis {axis}, 95 % intervals\n");
     text += &line("gain", drive.gain, 1.0, "mm/s for each bit");
@@ -131,6 +133,12 @@ fn described(axis: &str, drive: &IdentifiedDrive) -> String {
     };
     text += &line("delay", drive.delay_s, 1000.0, "ms");
     text + &format!("{:<24} {:.4} mm (RMS)\n", "distance of the model", drive.residual_mm)
+}
+
+/// Number of decimals that show two digits of an interval.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 9")]
+fn decimals(half_width: f64) -> usize {
+    if half_width > 0.0 { (1.0 - half_width.log10().floor()).clamp(0.0, 9.0) as usize } else { 4 }
 }
 
 /// `base` with the identified drives.
