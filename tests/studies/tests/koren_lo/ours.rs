@@ -41,16 +41,19 @@ fn contouring_is_stable_with_an_unknown_delay() {
         let mut row = Row::named(&row.name);
         let prompt = row.contour(Kind::Ccc);
         row.task.plant.delay_samples = 1;
-        for signs in sign_patterns() {
-            let mut controller = row.controller(Kind::Contouring, 0.05, signs);
-            let run = row.task.run(controller.as_mut());
-            let (first, second) = run.in_motion().split_at(run.moving / 2);
-            let of =
-                |moments: &[Moment]| Spread::of(moments.iter().map(|moment| moment.contour_error)).times(UM);
-            let (before, after) = (of(first), of(second));
-            let name = &row.row.name;
-            assert!(after.rms < 2.0 * before.rms.max(prompt.rms), "{name} {signs:?}: {before:?} {after:?}");
-            assert!(after.max < 100.0, "{name} {signs:?}: {after:?}");
+        for (share, most_um) in [(0.05, 100.0), (0.2, 200.0)] {
+            for signs in sign_patterns() {
+                let mut controller = row.controller(Kind::Contouring, share, signs);
+                let run = row.task.run(controller.as_mut());
+                let (first, second) = run.in_motion().split_at(run.moving / 2);
+                let of = |moments: &[Moment]| {
+                    Spread::of(moments.iter().map(|moment| moment.contour_error)).times(UM)
+                };
+                let (before, after) = (of(first), of(second));
+                let wrong = format!("{} {share} {signs:?}: {before:?} {after:?}", row.row.name);
+                assert!(after.rms < 2.0 * before.rms.max(prompt.rms), "{wrong}");
+                assert!(after.max < most_um, "{wrong}");
+            }
         }
     }
 }
