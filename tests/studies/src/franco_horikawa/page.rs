@@ -11,6 +11,7 @@ use keepout_planner::report::table::markdown;
 use super::attempt::real;
 use super::delays::Looked;
 use super::finishing::Finished;
+use super::invasion::{PointMatrix, mean_operations, of_matrix};
 use super::prediction::{mean, prediction};
 use super::results::{PaperRow, Results};
 use super::scenario::Scenarios;
@@ -32,6 +33,7 @@ pub fn page(scenarios: &Scenarios, results: &Results) -> String {
     summary(&mut text, results);
     text += SETTING;
     shapes(&mut text, scenarios);
+    operations(&mut text, scenarios);
     delays(&mut text, results);
     text += &prediction(results);
     ours(&mut text, results);
@@ -220,6 +222,32 @@ fn shapes(text: &mut String, scenarios: &Scenarios) {
     }
     *text += &markdown(&table);
 }
+
+/// The operations of the three checks for a position.
+fn operations(text: &mut String, scenarios: &Scenarios) {
+    *text += OPERATIONS;
+    let head = ["profile", "points 1 mm apart, eq. (1)", "points 0.1 mm apart", "sum of angles", "eq. (2)"];
+    let mut table = vec![head.map(String::from).to_vec()];
+    for shape in &scenarios.profile {
+        let matrix = |spacing_mm: f64| {
+            let points = PointMatrix::new(&shape.corners, spacing_mm).map(|matrix| matrix.points().to_vec());
+            let (done, _) = of_matrix(&points.unwrap_or_default(), Mm2::default(), spacing_mm);
+            done.total().to_string()
+        };
+        let [angles, intervals] = mean_operations(&shape.corners).map(|mean| format!("{mean:.0}"));
+        table.push(vec![shape.name.clone(), matrix(1.0), matrix(0.1), angles, intervals]);
+    }
+    *text += &markdown(&table);
+}
+
+const OPERATIONS: &str = "
+The paper calls the third check the most efficient, because it needs fewer operations, and gives no numbers
+(section 5.2). Counted for one position: sums, products, roots, arctangents and comparisons together, the last
+two columns as a mean over positions up to 30 mm from the profile
+(`tests/studies/src/franco_horikawa/invasion/operations.rs`). An arctangent counts as one operation, although it
+takes as long as many sums.
+
+";
 
 fn delays(text: &mut String, results: &Results) {
     let delays = &results.delays;

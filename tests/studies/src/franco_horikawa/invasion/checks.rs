@@ -56,6 +56,12 @@ impl PointMatrix {
         self.points.len()
     }
 
+    /// The points.
+    #[must_use]
+    pub fn points(&self) -> &[Mm2] {
+        &self.points
+    }
+
     /// Whether the matrix has no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {

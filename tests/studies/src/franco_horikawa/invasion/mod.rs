@@ -8,11 +8,13 @@
 
 use keepout_planner::Mm2;
 mod checks;
+mod operations;
 mod radius;
 
 pub use checks::{
     Classified, Intervals, MatrixError, PointMatrix, angle_sum_deg, angle_sum_invades, is_external,
 };
+pub use operations::{Operations, mean_operations, of_angles, of_intervals, of_matrix};
 pub use radius::{RadiusError, filter_very_close, is_above, prohibited, setback_mm, turn_rad};
 
 /// The segments of a closed profile in route order: P1P2, P2P3, and last the segment back to P1.

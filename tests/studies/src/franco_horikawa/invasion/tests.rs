@@ -284,3 +284,60 @@ mod tool_radius {
         assert!(STEPPED.iter().all(|&corner| true_distance_mm(&unfiltered, corner) >= 2.9 - 1e-9));
     }
 }
+
+mod operations {
+    use super::*;
+
+    /// The counted formulas are those of the checks: the same verdicts everywhere.
+    #[test]
+    fn counted_checks_are_the_checks() {
+        let matrix = PointMatrix::new(&TRIANGLE, 1.0).unwrap();
+        let intervals = Intervals::new(&TRIANGLE, Classified::ByXOrY);
+        let mut random = fastrand::Rng::with_seed(7);
+        let mut found = [0; 3];
+        for _ in 0..20_000 {
+            let p = Mm2::new(random.f64() * 60.0 - 10.0, random.f64() * 50.0 - 10.0);
+            let counted = [
+                of_matrix(matrix.points(), p, 1.0).1,
+                of_angles(&TRIANGLE, p).1,
+                of_intervals(&TRIANGLE, p, 1.0).1,
+            ];
+            let checks = [matrix.invades(p, 1.0), angle_sum_invades(&TRIANGLE, p), intervals.invades(p, 1.0)];
+            assert_eq!(counted, checks, "{p:?}");
+            for (found, invades) in found.iter_mut().zip(checks) {
+                *found += u32::from(invades);
+            }
+        }
+        assert!(found.iter().all(|&found| found > 500), "{found:?}");
+    }
+
+    /// Operations of a triangle by hand. The second method looks for the nearest segment as the third does, and adds
+    /// six differences, three cross and three dot products, three arctangents, two sums and a comparison.
+    #[test]
+    fn operations_are_those_counted_by_hand() {
+        let inside = Mm2::new(15.0, 10.0);
+        let (points, _) = of_matrix(&[Mm2::ZERO, SQUARE[1]], inside, 1.0);
+        let each = Operations { sums: 3, products: 2, roots: 1, arctangents: 0, comparisons: 1 };
+        assert_eq!(points.total(), 2 * each.total());
+        assert_eq!((points.sums, points.products, points.roots, points.comparisons), (6, 4, 2, 2));
+        let ((angles, _), (intervals, _)) =
+            (of_angles(&TRIANGLE, inside), of_intervals(&TRIANGLE, inside, 1.0));
+        // All three segments have the point in an interval: eq. (2) takes 6 sums, 5 products and a root for each.
+        assert_eq!((intervals.sums, intervals.products, intervals.roots), (18, 15, 3));
+        assert_eq!(angles.sums - intervals.sums, 6 + 6 + 2);
+        assert_eq!((angles.products - intervals.products, angles.arctangents), (12, 3));
+        assert_eq!(angles.comparisons, intervals.comparisons);
+    }
+
+    #[test]
+    fn third_check_needs_the_fewest_operations() {
+        for profile in [&TRIANGLE[..], &SQUARE] {
+            let [angles, intervals] = mean_operations(profile);
+            let matrix = PointMatrix::new(profile, 1.0).unwrap();
+            let (points, _) = of_matrix(matrix.points(), Mm2::ZERO, 1.0);
+            #[expect(clippy::cast_precision_loss, reason = "a count of operations")]
+            let points = points.total() as f64;
+            assert!(intervals < angles && angles < points, "{intervals} {angles} {points}");
+        }
+    }
+}
