@@ -199,7 +199,9 @@ const HEAD: &str = "# Every controller, tuned alike\n\n\
     of 29°. It holds for drives that are 20 % wrong and for a command up to one sample later than the controller\n  \
     knows.\n\
     - **Search**: an evolution strategy from eight starts, of which half go on after each round; at most 400\n  \
-    candidates for each controller. A candidate without the margins is made slower until it has them.\n\n\
+    candidates for each controller. A candidate without the margins is made slower until it has them. The first\n  \
+    start is the gains of the profile: the paper's, and for the contouring MPC those that an earlier run of this\n  \
+    tuner found on this machine. The others are random around it.\n\n\
     The machine is that of the paper's Table 1 with whole pulses and bits and |U| up to 200 mm/s. The scores below\n\
     are on other paths: a circle of 20 mm, corners of 90° and 150°, a spiral, and the finishing contours of\n\
     the drawings `bracket.dxf` and `spline_periodic.dxf`, at 0.9 m/min, with drives that are 5 % wrong and a command\n\
