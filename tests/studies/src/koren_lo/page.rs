@@ -181,7 +181,8 @@ fn machines(text: &mut String) -> Result<(), DriveProfileError> {
     }
     text.push_str(
         "\n| profile | Kp of P, bits/pulse | PID: Kp, Ki, Kd | W(z) of CCC: Kp, Ki, Kd \
-         | contouring MPC: frequencies of commands, changes, observer, load; weight of lags | cutting force, bits at mm/min, angle |\n\
+         | contouring MPC: frequencies of commands, changes, observer, load; weight of lags \
+         | cutting force, bits at mm/min, angle |\n\
          |---|---|---|---|---|---|\n",
     );
     for (name, _) in BUILT_IN {
@@ -200,9 +201,10 @@ fn machines(text: &mut String) -> Result<(), DriveProfileError> {
         );
     }
     text.push_str(
-        "\nThe frequencies of the contouring MPC are angles per sample, rad. On the machine of Table 1 they leave it a\n\
-         peak of the sensitivity of 3.3, with drives that are 20 % wrong and one sample of unknown delay. CCC with the\n\
-         paper's gains has a peak of 3.2 with this delay alone, and with such drives as well it does not settle.\n",
+        "\nThe frequencies of the contouring MPC are angles per sample, rad. On the machine of Table 1 they leave it\n\
+         a peak of the sensitivity of 3.3, with drives that are 20 % wrong and one sample of unknown delay. CCC\n\
+         with the paper's gains has a peak of 3.2 with this delay alone, and with such drives as well it does not\n\
+         settle.\n",
     );
     Ok(())
 }
