@@ -9,8 +9,19 @@ pub fn sheet(size: (f64, f64), font_size: u32, lines: &Lines) -> String {
     format!("{}\n", sheet.lines(lines))
 }
 
-/// The lengths 1, 2, 5 and 10 times the power of ten that is not above a length.
+/// The largest round length (1, 2 or 5 times a power of ten) that is not above a length.
 #[must_use]
-pub fn round_steps(length: f64) -> [f64; 4] {
+pub fn round_below(length: f64) -> f64 {
+    round_steps(length).into_iter().rfind(|&step| step <= length).unwrap_or(length)
+}
+
+/// The smallest round length that is not below a length.
+#[must_use]
+pub fn round_above(length: f64) -> f64 {
+    round_steps(length).into_iter().find(|&step| step >= length).unwrap_or(length)
+}
+
+/// The lengths 1, 2, 5 and 10 times the power of ten that is not above a length.
+fn round_steps(length: f64) -> [f64; 4] {
     [1.0, 2.0, 5.0, 10.0].map(|step| step * 10_f64.powf(length.log10().floor()))
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use keepout_kernel::{Curve, Turn};
 
-use super::chart::round_steps;
+use super::chart::round_below;
 use super::element::{Element, Lines, background, document, path, text};
 use crate::contour::short;
 use crate::profile::ProfileLoop;
@@ -215,8 +215,7 @@ pub(super) fn draw_label(out: &mut Lines, at: (f64, f64), label: &str, colour: &
 
 /// Draws the scale in the row of the title, beside the field.
 fn draw_scale(out: &mut Lines, view: &View, y: f64) {
-    let wanted = 160.0 / view.scale;
-    let step = round_steps(wanted).into_iter().rfind(|&step| step <= wanted).unwrap_or(wanted);
+    let step = round_below(160.0 / view.scale);
     let w = step * view.scale;
     let x = WIDTH - PAD - w - 4.0;
     let bar =

@@ -105,7 +105,7 @@ impl CircularTest {
             return Err(table.without("x_mm, y_mm, or angle_deg, radius_mm").into());
         };
         let deviations_mm = [most, least].map(deviation);
-        let off_mm = deviations_mm[0].abs().max(deviations_mm[1].abs());
+        let off_mm = largest(deviations_mm);
         if !(0.0..=MOST_OFF * radius_mm).contains(&off_mm) {
             return Err(BallbarError::Far { name: name.into(), off_mm, radius_mm });
         }
@@ -124,8 +124,7 @@ impl CircularTest {
     /// The contour-error term, mm: the largest deviation, rounded up to 0.1 µm.
     #[must_use]
     pub fn term_mm(&self) -> f64 {
-        let most = self.deviations_mm[0].abs().max(self.deviations_mm[1].abs());
-        (most * 10_000.0).ceil() / 10_000.0
+        (largest(self.deviations_mm) * 10_000.0).ceil() / 10_000.0
     }
 
     /// The picture of the test: the deviations, magnified, around the circle.
@@ -139,6 +138,11 @@ impl CircularTest {
     pub fn circular_deviation_mm(&self) -> f64 {
         self.deviations_mm[0] - self.deviations_mm[1]
     }
+}
+
+/// The size of the larger deviation.
+fn largest([most, least]: [f64; 2]) -> f64 {
+    most.abs().max(least.abs())
 }
 
 /// The centre of the circle with the least squares of the radial distances.

@@ -1,11 +1,11 @@
 //! The picture of a circular test.
 
-use keepout_planner::report::chart::round_steps;
+use keepout_planner::report::chart::{round_above, round_below};
 use keepout_planner::report::element::{Element, Lines, circle, line, path, text};
 use keepout_planner::report::view::{Mark, Sign, View, page, polyline_of};
 use keepout_planner::{Box2, Mm2};
 
-use super::CircularTest;
+use super::{CircularTest, largest};
 use crate::Axes;
 
 // Colours that differ for people who confuse red and green (Okabe and Ito, 2008).
@@ -26,11 +26,10 @@ const SPACE: f64 = 0.12;
 /// Draws the points about the centre, with magnified deviations, rings at round deviations, and the two largest.
 pub(super) fn svg(test: &CircularTest, name: &str) -> String {
     let radius = test.radius_mm;
-    let most = test.deviations_mm[0].abs().max(test.deviations_mm[1].abs()).max(LEAST_MM);
-    let wanted = SHOWN * radius / most;
-    let magnified = round_steps(wanted).into_iter().rfind(|&step| step <= wanted).unwrap_or(wanted);
+    let most = largest(test.deviations_mm).max(LEAST_MM);
+    let magnified = round_below(SHOWN * radius / most);
     // The ring nearest to the largest deviation from above.
-    let ring_mm = round_steps(most).into_iter().find(|&step| step >= most).unwrap_or(most);
+    let ring_mm = round_above(most);
     let shown = |deviation: f64| radius + magnified * deviation;
     let reach = shown(ring_mm.max(most)) + SPACE * radius;
     let view = View::of(Box2 { low: Mm2::new(-reach, -reach), high: Mm2::new(reach, reach) });

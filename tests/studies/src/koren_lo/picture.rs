@@ -3,7 +3,7 @@
 
 use keepout_drives::Axes;
 use keepout_drives::metrics::{Moment, figure};
-use keepout_planner::report::chart::{round_steps, sheet};
+use keepout_planner::report::chart::{round_above, sheet};
 use keepout_planner::report::element::{Element, Lines, background, points, polyline, text};
 
 use super::comparison::{ControllerEntry, Row};
@@ -98,7 +98,7 @@ fn panel(row: &Row, entry: &ControllerEntry, scale: &Scale, path: Option<usize>)
 
 /// Smallest round step that is not below the error, µm.
 fn division(max: f64) -> f64 {
-    round_steps(max.max(1e-4)).into_iter().find(|&step| max <= step).unwrap_or(max)
+    round_above(max.max(1e-4))
 }
 
 /// Every nth moment, so that a curve has about [`POINTS`] points.

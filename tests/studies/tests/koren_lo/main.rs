@@ -150,7 +150,7 @@ fn load_on_a_line_causes_the_error_of_equation_5() {
             let path = Path::line(feed * 8.0);
             let reference = Reference::along(&path, feed.norm(), period, Ramp::None).samples;
             let mut plant =
-                Plant::at_rest(PlantModel { axes: [axis(drive), axis(drive)], ..model }, Axes::zeros());
+                Plant::at_rest(PlantModel { axes: [drive; 2].map(Axis::ideal), ..model }, Axes::zeros());
             let mut controller = Proportional { gain: kp };
             let mut last = 0.0;
             for (now, sample) in reference.iter().enumerate() {
@@ -166,10 +166,6 @@ fn load_on_a_line_causes_the_error_of_equation_5() {
             assert!((printed - wanted).abs() < 1e-9 * wanted.abs(), "{printed} {wanted}");
         }
     }
-}
-
-fn axis(drive: Drive) -> Axis {
-    Axis::ideal(drive)
 }
 
 /// The settled radial error of a P loop on the paper's circle, µm.

@@ -1,7 +1,7 @@
 //! The operations of the three checks of section 5.2 for one position, counted.
 //!
-//! The formulas are written once more for numbers that count what is done with them. Tests compare their results with
-//! those of the checks.
+//! The formulas stand here again, with numbers that count their own operations. Tests compare the results with those of
+//! the checks.
 
 use std::cell::Cell;
 use std::ops::{Add, Mul, Sub};
