@@ -175,17 +175,6 @@ pub enum Known<'a> {
     Open,
 }
 
-impl Square<'_> {
-    /// Whether the closed square holds the point.
-    #[must_use]
-    #[inline(always)]
-    pub fn holds(&self, point: Point) -> bool {
-        let side = 1_u32.wrapping_shl(self.log_2);
-        let within = |c: i32, low: i32| c.wrapping_sub(low).cast_unsigned() <= side;
-        within(point.x.units(), self.low.0) & within(point.y.units(), self.low.1)
-    }
-}
-
 impl Cells {
     /// Accepts the proposal after checking every square against the index. The time grows with the number of
     /// squares and of edges near them.

@@ -426,9 +426,10 @@ fn walks_cover_their_motion(edges: &[Edge], r: i64, groups: usize, [p, q]: [Xy; 
     let walked = cells.walk(motion, |square| {
         let (low, side) = (square.low, 1_i64 << square.log_2);
         let within = |c: i64, low: i32| (i64::from(low) * 64..=(i64::from(low) + side) * 64).contains(&c);
-        covered |= within(x, low.0) && within(y, low.1);
-        first = first.or(Some(square.holds(at(p))));
-        last = Some(square.holds(at(q)));
+        let holds = |x: i64, y: i64| within(x, low.0) && within(y, low.1);
+        covered |= holds(x, y);
+        first = first.or(Some(holds(p.0 * 64, p.1 * 64)));
+        last = Some(holds(q.0 * 64, q.1 * 64));
         ControlFlow::Continue(())
     });
     if walked.is_some() {
