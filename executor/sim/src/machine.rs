@@ -89,7 +89,7 @@ impl PositioningError {
     }
 
     /// Replaces the commanded position by the true one: on a step of the drive, plus the error.
-    fn apply(&mut self, sample: &mut Sample) {
+    pub fn apply(&mut self, sample: &mut Sample) {
         let step = |c: f64, steps_per_mm: f64| (c * steps_per_mm).round() / steps_per_mm;
         let Mm3 { x, y, z } = sample.position_mm;
         let error = if sample.kind == SampleKind::Rest { self.now } else { self.step() };
