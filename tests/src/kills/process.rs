@@ -77,15 +77,15 @@ pub fn keepout_program() -> Result<PathBuf, String> {
     let folder = folder.ok_or("this program lies in no build folder")?;
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let release = folder.ends_with("release");
-    // The executor's tests use the same debug build. So Cargo does not build it twice.
+    // With the features that the tests of the whole workspace give it. So Cargo does not build it twice.
     let arguments: &[&str] = if release {
-        &["build", "--release", "--bin", "keepout"]
+        &["build", "--release", "-p", "keepout", "--bin", "keepout"]
     } else {
-        &["test", "--no-run", "--test", "cli"]
+        &["test", "--workspace", "--no-run", "--test", "cli"]
     };
     let built = Command::new(cargo)
         .args(arguments)
-        .args(["--quiet", "-p", "keepout"])
+        .arg("--quiet")
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .status();
     match built {
