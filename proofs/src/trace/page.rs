@@ -58,12 +58,13 @@ fn write_trace(text: &mut String, trace: &SafetyTrace) -> Result {
         let files: BTreeSet<&PathBuf> = trace.mechanisms_of(&requirement.id).map(|each| &each.file).collect();
         writeln!(
             text,
-            "| [{0}](#{1}) {2} | {3} | {4} files | {5} | {6} |",
+            "| [{0}](#{1}) {2} | {3} | {4} {5} | {6} | {7} |",
             requirement.id,
             anchor(&requirement.id, &requirement.title),
             requirement.title,
             requirement.hazards.join(", "),
             files.len(),
+            if files.len() == 1 { "file" } else { "files" },
             counted(trace.evidence_for(&requirement.id)),
             trace.faults_of(&requirement.id).count(),
         )?;
@@ -105,6 +106,7 @@ fn counted<'a>(evidence: impl Iterator<Item = &'a TracedEvidence>) -> String {
     evidence.for_each(|each| *counts.entry(each.kind).or_default() += 1);
     let words = counts.iter().map(|(kind, count)| match kind {
         EvidenceKind::Hostile => kind.plural().to_string(),
+        _ if *count == 1 => format!("1 {}", kind.name()),
         _ => format!("{count} {}", kind.plural()),
     });
     words.collect::<Vec<_>>().join(", ")
