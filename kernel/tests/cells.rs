@@ -153,6 +153,28 @@ fn every_walk_over_a_small_field_ends_with_the_right_answer() {
     assert_eq!(asked, 12 * 81 * 81);
 }
 
+/// Squares lie in the whole only, and nothing beyond it is near.
+#[test]
+fn no_square_lies_outside_of_the_whole() {
+    let edge = Edge { chord: Segment { from: at((-9, 3)), to: at((8, -5)) }, chord_error: Length::ZERO };
+    let index = build::build(vec![edge]).unwrap();
+    let cells = random_cells(&index, length(4), &mut Rng::with_seed(3));
+    for (x, y) in [(-33, 0), (32, 0), (0, -33), (0, 32), (32, 32), (-33, 31), (1 << 29, -(1 << 29))] {
+        assert!(cells.square_at(x, y).is_none(), "{x} {y}");
+        assert_eq!(cells.point(&index, at((x.into(), y.into()))), Answer::Clear);
+    }
+    for outside in [(33, 30), (30, 40), (30, -33), (-60, 30)] {
+        let motion = Segment { from: at((30, 30)), to: at(outside) };
+        assert_eq!(cells.motion(&index, motion), Answer::Unknown, "{outside:?}");
+    }
+    for (x, y) in [(-32, -32), (31, 31), (-32, 31), (31, -32)] {
+        let square = cells.square_at(x, y).unwrap();
+        let side = 1 << square.log_2;
+        let holds = |c: i32, low: i32| (low..low + side).contains(&c);
+        assert!(holds(x, square.low.0) && holds(y, square.low.1), "{square:?}");
+    }
+}
+
 /// Cells over −32 … 32. Their squares, down to the smallest, are divided with a chance of one in three.
 fn random_cells(index: &CheckedIndex, threshold: Length, random: &mut Rng) -> Cells {
     struct Toss<'a>(&'a CheckedIndex, Length, Vec<Packed>, Vec<u32>);
