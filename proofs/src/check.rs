@@ -22,19 +22,22 @@ const STATES: usize = 400_000;
 #[cfg(feature = "guard")]
 const MORE_STATES: usize = 60_000;
 
-/// A run over random cases.
-pub type SoakRun = fn(&mut Rng);
+/// A run over random cases, so many twentieths of a full one.
+pub type SoakRun = fn(&mut Rng, u64);
+/// Twentieths of a full run, and of a quick one.
+const FULL: u64 = 20;
+const QUICK: u64 = 1;
 
-/// The soaks: name, and a short run.
+/// The soaks: name and run.
 pub const SOAKS: [(&str, SoakRun); 3] = [
     // Evidence for SR-01.
-    ("soak: predicates", |random| soak::predicates(random, 200_000)),
+    ("soak: predicates", |random, parts| soak::predicates(random, 10_000 * parts)),
     // Evidence for SR-02.
-    ("soak: arcs", |random| soak::arcs(random, 10_000)),
+    ("soak: arcs", |random, parts| soak::arcs(random, 500 * parts)),
     // Evidence for SR-03.
-    ("soak: families", |random| {
+    ("soak: families", |random, parts| {
         for family in Family::ALL {
-            for _ in 0..6 {
+            for _ in 0..parts.div_ceil(4) {
                 soak::family_queries(family, random);
             }
         }
@@ -43,7 +46,7 @@ pub const SOAKS: [(&str, SoakRun); 3] = [
 
 /// Runs the properties of the chosen groups, the harnesses on random inputs, the soaks and the worlds. Returns the
 /// names of all that fail in a quick run. Only while nothing fails, it runs properties and soaks in full, up to the
-/// first failure.
+/// first failure of a property.
 ///
 /// `word` is a comma-separated list of parts of group names. An empty one chooses everything. The soaks belong to
 /// `index`, the worlds to `guard`, the harnesses to every group.
@@ -60,7 +63,8 @@ pub fn failures(word: &str) -> Vec<String> {
     let harnesses = keepout_harnesses::all()
         .into_iter()
         .map(|harness| quick(format!("harness: {}", harness.name), || refuted(harness)));
-    for answer in properties.chain(harnesses) {
+    let soaks = soaks_of(word).iter().map(|&(name, run)| quick(name.into(), move || soak_fails(run, QUICK)));
+    for answer in properties.chain(harnesses).chain(soaks) {
         match answer {
             Answer::Holds => {}
             Answer::Fails(name) => failed.push(name),
@@ -80,7 +84,8 @@ pub fn failures(word: &str) -> Vec<String> {
         );
     }
     if failed.is_empty() {
-        failed.extend(soaked(word));
+        let fail = soaks_of(word).iter().filter(|(_, run)| soak_fails(*run, FULL));
+        failed.extend(fail.map(|(name, _)| (*name).to_string()));
     }
     explored(word, &mut failed);
     failed
@@ -112,12 +117,13 @@ fn refuted(harness: &ModelHarness) -> bool {
     catch_unwind(AssertUnwindSafe(run)).is_err()
 }
 
-fn soaked(word: &str) -> Option<String> {
-    if !word.is_empty() && !word.contains("index") {
-        return None;
-    }
-    let fails = |run: SoakRun| catch_unwind(|| run(&mut Rng::with_seed(11))).is_err();
-    SOAKS.into_iter().find(|&(_, run)| fails(run)).map(|(name, _)| name.to_string())
+/// The soaks, where the words choose them.
+fn soaks_of(word: &str) -> &'static [(&'static str, SoakRun)] {
+    if word.is_empty() || word.contains("index") { &SOAKS } else { &[] }
+}
+
+fn soak_fails(run: SoakRun, parts: u64) -> bool {
+    catch_unwind(|| run(&mut Rng::with_seed(11), parts)).is_err()
 }
 
 /// Adds the worlds in which the invariant does not hold.
