@@ -83,11 +83,8 @@ pub fn keepout_program() -> Result<PathBuf, String> {
     } else {
         &["test", "--workspace", "--no-run", "--test", "cli"]
     };
-    let built = Command::new(cargo)
-        .args(arguments)
-        .arg("--quiet")
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .status();
+    let built =
+        Command::new(cargo).args(arguments).arg("--quiet").current_dir(env!("CARGO_MANIFEST_DIR")).status();
     match built {
         Ok(status) if status.success() => Ok(folder.join("keepout")),
         other => Err(format!("keepout can not be built: {other:?}")),
