@@ -13,6 +13,7 @@ use keepout_studies::franco_horikawa::calibration::misfit;
 use keepout_studies::franco_horikawa::page::{FOLDER, page};
 use keepout_studies::franco_horikawa::picture::chart;
 use keepout_studies::franco_horikawa::results::{PaperRow, Results, our_rows, paper_attempts, paper_rows};
+use keepout_studies::franco_horikawa::roughing::Pass;
 use keepout_studies::franco_horikawa::scenario::{Scenarios, machine};
 use keepout_studies::franco_horikawa::tables::{ours_table, paper_table};
 
@@ -61,6 +62,17 @@ fn results_meet_the_requirements() {
         assert!(tolerance < 5.0 || success > 0.9, "{row:?}");
     }
     assert!(results.clearing.iter().all(|row| row.system == "paper" || row.found.deepest_mm == 0.0));
+    for row in &results.roughing {
+        let alike = |other: &&Pass| other.system != row.system && other.profile == row.profile;
+        let other = results.roughing.iter().find(alike).unwrap();
+        assert_eq!(row.approaches, other.approaches, "{row:?}");
+        assert!(row.system == "paper" || (row.invasions, row.deepest_mm) == (0, 0.0), "{row:?}");
+        assert!(row.system == "paper" || row.left_mm < 0.1 * other.left_mm, "{row:?} {other:?}");
+    }
+    // A hand that is no faster than in a prototype is stopped before the desired position by a fast computer.
+    for row in results.brake.iter().filter(|row| row.round_s < 0.02) {
+        assert_eq!((row.found.successes, row.released), (row.found.attempts, row.found.attempts), "{row:?}");
+    }
     for row in &results.handwheel {
         assert_eq!(row.released, row.found.attempts, "{row:?}");
         assert!(row.system == "paper" || row.found.successes == row.found.attempts, "{row:?}");

@@ -108,7 +108,13 @@ pub fn rate(
         let delays = grid[index];
         let grounds = &grounds[usize::from(delays.classified == Looked::ByXOrY)];
         let misfits = rows.iter().zip(grounds).map(|((number, row), ground)| {
-            let paper = Paper { ground, feed_mm_s: row.feed_mm_s, tolerance_mm: row.tolerance_mm, delays };
+            let paper = Paper {
+                ground,
+                feed_mm_s: row.feed_mm_s,
+                tolerance_mm: row.tolerance_mm,
+                delays,
+                machine: None,
+            };
             let found: Tally = paper.attempts((*number, attempts, seed)).collect::<Result<_, _>>()?;
             Ok(misfit(row, &found))
         });

@@ -10,6 +10,7 @@ use super::attempt::real as number;
 use super::invasion::prohibited;
 use super::ours::Ours;
 use super::paper::Paper;
+use super::roughing::DIRECTION_MM_S;
 use super::scenario::{MachinedProfile, StudyError};
 
 /// Far stock: distances from the profile, mm. Both systems can clear it.
@@ -67,7 +68,7 @@ pub fn with_paper(paper: &Paper<'_>, seed: u64) -> Result<Cleared, StudyError> {
     let shape = paper.ground.shape;
     let places = rounds(shape, paper.ground.radius_mm(), &FAR_ROUNDS_MM)?;
     let start = places.first().copied().unwrap_or_default();
-    let operator = Rounds::new(places, paper.feed_mm_s, REACH_MM, PATIENCE);
+    let operator = Rounds::new(places, DIRECTION_MM_S, REACH_MM, PATIENCE);
     let run = paper.session(start, Box::new(operator), seed);
     Ok(cleared(shape, paper.ground.radius_mm(), &run.path, (run.seconds, run.depth_mm)))
 }
@@ -88,7 +89,7 @@ pub fn with_ours(
     let places = rounds(ours.shape, ours.radius_mm(), &levels)?;
     let start = places.first().copied().unwrap_or_default();
     let operator = Rounds::new(places, ours.speed_mm_s(), REACH_MM, PATIENCE + latency * 8);
-    let run = ours.session(start, Box::new(operator), (seed, latency))?;
+    let run = ours.session(start, Box::new(operator), (seed, latency), None)?;
     Ok(cleared(ours.shape, ours.radius_mm(), &run.path, (run.seconds, run.depth_mm)))
 }
 

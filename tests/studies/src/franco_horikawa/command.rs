@@ -8,8 +8,9 @@ use indicatif::ProgressBar;
 use keepout_planner::report::table::markdown;
 
 use super::calibration::calibrate;
+use super::check_picture;
 use super::page::{FOLDER, page};
-use super::picture::{chart, paths};
+use super::picture::{chart, passes, paths};
 use super::results::Results;
 use super::scenario::{Scenarios, StudyError};
 use super::tables::paper_table;
@@ -76,6 +77,10 @@ fn save(folder: &Path, scenarios: &Scenarios, results: &Results) -> Result<(), C
     for (name, svg) in paths(scenarios, results.seed)? {
         put(&name, &svg)?;
     }
+    for (name, svg) in passes(scenarios, results.seed)? {
+        put(&name, &svg)?;
+    }
+    put("checks.svg", &check_picture::svg())?;
     put("success.svg", &chart(results))?;
     put("results.json", &serde_json::to_string_pretty(results).map_err(StudyError::from)?)?;
     let path = folder.join(format!("{FOLDER}.md"));

@@ -149,7 +149,7 @@ fn turned(ours: &Ours<'_>, speed_mm_s: f64, seed: u64) -> Result<(Attempt, bool)
     let mut random = fastrand::Rng::with_seed(seed);
     let start = Mm2::new(-ours.radius_mm() - RUN_UP_MM, 20.0 + 20.0 * random.f64());
     let wheel = Wheel { speed_mm_s, turned_mm: 0.0, rest_s: 0.0, phase: Turning::Forward, over: false };
-    let attempt = ours.session(start, Box::new(wheel), (seed, Duration::from_millis(1)))?;
+    let attempt = ours.session(start, Box::new(wheel), (seed, Duration::from_millis(1)), None)?;
     let farthest = attempt.path.iter().map(|at| at.x).fold(f64::NEG_INFINITY, f64::max);
     let released = attempt.path.last().is_some_and(|last: &Mm2| last.x < farthest - 0.8 * BACK_MM);
     Ok((attempt, released))

@@ -2,7 +2,9 @@
 //! Keepout.
 
 pub mod attempt;
+pub mod brake;
 pub mod calibration;
+pub mod check_picture;
 pub mod clearing;
 pub mod command;
 pub mod delays;
@@ -18,6 +20,7 @@ pub mod parallel;
 pub mod picture;
 mod prediction;
 pub mod results;
+pub mod roughing;
 pub mod scenario;
 pub mod stopping;
 pub mod tables;

@@ -119,8 +119,9 @@ impl<'a> Ours<'a> {
         start: Mm2,
         operator: Box<dyn Operator + Send>,
         (seed, latency): (u64, Duration),
+        servo: Option<&DriveProfile>,
     ) -> Result<Attempt, StudyError> {
-        let run = SimRun { limit: SESSION, ..self.run(start, latency, seed, None) };
+        let run = SimRun { limit: SESSION, ..self.run(start, latency, seed, servo) };
         let result = self.play(&run, operator, &mut |_, _, _| Going::On)?;
         if !result.facts.outcome.is_by_operator() {
             let what = format!("{}, roughing, {latency:?}, seed {seed}", self.shape.name);

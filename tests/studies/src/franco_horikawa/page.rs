@@ -34,13 +34,16 @@ pub fn page(scenarios: &Scenarios, results: &Results) -> String {
     text += SETTING;
     shapes(&mut text, scenarios);
     operations(&mut text, scenarios);
+    text += include_str!("verdicts.md");
     delays(&mut text, results);
     text += &prediction(results);
     ours(&mut text, results);
     pictures(&mut text, scenarios);
     let _ = write!(text, "{CLEARING}{}", markdown(&results.clearing_table()));
+    roughing(&mut text, scenarios, results);
     let _ = write!(text, "{FINISHING}{}{}", markdown(&results.finishing_table()), finishing_verdict(results));
     let _ = write!(text, "{HANDWHEEL}{}", markdown(&results.handwheel_table()));
+    let _ = write!(text, "{BRAKE}{}", markdown(&results.brake_table()));
     text += LIMITS;
     for row in paper_table(&results.by_x).iter().enumerate().filter(|(n, row)| *n < 1 || row[0] != "2 (a)") {
         let (number, cells) = row;
@@ -149,6 +152,37 @@ front of the band T before the barrier. Within the band, only backward pulses pa
 computer, so a round takes only the time of the computation. The wheel turns to 15 mm beyond the barrier, and
 then back by 5 mm. Keepout uses the handwheel inputs of its supervisor, over the serial line. *Released*
 counts the attempts in which the table followed the wheel back.
+
+";
+
+const ROUGHING: &str = "
+## One roughing pass all round the part
+
+Both systems move the same simulated modules here: they accelerate at 600 mm/s², feed drives with friction follow
+(`keepout-studies compare --machine nsk-modules`), and they repeat to ±10 µm. Both have a line of 9600 baud. The delays
+of the paper's computer, and the length of its motions, are those of the delay model. The lag of its tables is not.
+
+The same operator goes round the part with both. Every 3 mm along the profile, less than the diameter of the tool, the
+operator pushes the tool at the part until it comes no nearer for 3 s, and draws it back by 8 mm. *Invasions* counts how
+often the tool entered the part. *Stock left* is measured every millimetre along the profile, where the tool can reach
+it. It includes the ridges between two approaches.
+
+Reading: after a stop, the paper's controller passes only motions away from the segment, to the tool's side, as section
+2 says of its brake. A tool behind the line of the segment may move anywhere. The paper does not say what its prototype
+did after a stop.
+
+";
+
+const BRAKE: &str = "
+## One dimension: the gradual brake
+
+This is the system of section 2. The hand pushes the table at a speed, with up to 200 N, beyond the desired position,
+and then pulls. The brake begins to act at the band before the desired position, and holds with 600 N there. Its force
+follows within 30 ms. The table has 40 kg and 15 N of friction. The paper gives none of these values
+(`tests/studies/src/franco_horikawa/brake.rs`). A round takes as long as in the delay model, or 10 ms. *Under-cutting*
+is the distance of the stopped table from the desired position: it stops where brake and friction hold the whole force
+of the hand. A brake that rises gradually ends the motion before the position, unless the hand is as strong as the full
+brake.
 
 ";
 
@@ -336,6 +370,21 @@ fn finishing_verdict(results: &Results) -> String {
          fast here: neither keeps its margins with drives that are 20 % wrong and a command that is\none sample \
          late.\n"
     )
+}
+
+/// The roughing passes, with the pictures of the profiles of Fig. 8.
+fn roughing(text: &mut String, scenarios: &Scenarios, results: &Results) {
+    let _ = write!(text, "{ROUGHING}{}", markdown(&results.roughing_table()));
+    *text += "\n| paper's controller | Keepout |\n|---|---|\n";
+    for shape in scenarios.of_fig_8() {
+        let name = &shape.name;
+        let _ = writeln!(
+            text,
+            "| ![{0}, the paper's pass]({FOLDER}/{name}-pass-paper.svg) \
+             | ![{0}, our pass]({FOLDER}/{name}-pass-ours.svg) |",
+            shape.title
+        );
+    }
 }
 
 fn pictures(text: &mut String, scenarios: &Scenarios) {

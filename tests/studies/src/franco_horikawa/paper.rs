@@ -15,6 +15,7 @@
 
 use std::sync::Arc;
 
+use keepout_drives::profile::DriveProfile;
 use keepout_executor::operator::{Operator, OperatorView};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_executor::supervisor::{OperatorInput, Phase};
@@ -29,7 +30,7 @@ use keepout_sim::operator::{Model, ModelKind};
 use super::attempt::{Attempt, PEOPLE, operator_of, seed_of};
 use super::delays::Delays;
 use super::invasion::{Classified, Intervals, prohibited};
-use super::modules::{Modules, STEP_S};
+use super::modules::{Modules, STEP_S, SimulatedModules, Tables};
 use super::scenario::{MachinedProfile, StudyError};
 
 /// Range of distances between the tool's edge and the part at the start, mm.
@@ -99,6 +100,16 @@ impl<'a> Ground<'a> {
         far.all(|far| far > tolerance_mm)
     }
 
+    /// Whether a motion leads away from the nearest segment with the tool in its interval: to the tool's side, which the
+    /// construction of the prohibited region knows (eq. (8)). Behind the line of the segment every motion does: the tool
+    /// may come back, and around an outside corner it is not in the part.
+    fn leads_away(&self, from: Mm2, motion: Mm2) -> bool {
+        let Some((segment, _)) = self.check.nearest(from) else { return true };
+        let begin = self.polygon[segment];
+        let outward = (self.polygon[(segment + 1) % self.polygon.len()] - begin).left();
+        (from - begin).dot(outward) < 0.0 || motion.dot(outward) > 0.0
+    }
+
     /// Distance of the tool's edge from the part, mm. Negative in the part.
     fn clearance(&self, at: Mm2) -> f64 {
         self.shape.clearance(at) - self.radius_mm
@@ -116,6 +127,8 @@ pub struct Paper<'a> {
     pub tolerance_mm: f64,
     /// Delay model.
     pub delays: Delays,
+    /// The simulated modules that it moves. `None` for tables that follow with the lag of the delay model.
+    pub machine: Option<(&'a MachineProfile, &'a DriveProfile)>,
 }
 
 impl<'a> Paper<'a> {
@@ -130,7 +143,8 @@ impl<'a> Paper<'a> {
         for _ in 0..BEGINNINGS {
             let start = self.ground.shape.start(self.ground.radius_mm, START_MM, &mut random)?;
             let model = Model::new(kind, f64::INFINITY, random.u64(..));
-            let mut scene = Scene::new(self, start, Box::new(model), Going::ToTheFirstStop);
+            let tables = self.tables(start, seed);
+            let mut scene = Scene::new(self, (start, tables), Box::new(model), Going::ToTheFirstStop);
             match scene.drive(&mut random) {
                 End::Stopped => return Ok(Attempt { false_alarms, ..scene.attempt() }),
                 End::FalseAlarm => false_alarms += 1,
@@ -153,11 +167,21 @@ impl<'a> Paper<'a> {
             .map(move |number| self.attempt(operator_of(&PEOPLE, number), seed_of(study, row, number)))
     }
 
-    /// Runs roughing until the operator ends it. After a stop, the controller sends only motions away from
-    /// the segment.
+    /// The modules at rest at `start`.
+    fn tables(&self, start: Mm2, seed: u64) -> Box<dyn Tables> {
+        match self.machine {
+            None => Box::new(Modules::new(start, self.feed_mm_s, self.delays.inertia_s)),
+            Some((machine, drives)) => {
+                Box::new(SimulatedModules::new(start, self.feed_mm_s, machine, drives, seed))
+            }
+        }
+    }
+
+    /// Runs roughing until the operator ends it. After a stop, the controller sends only motions away from the segment:
+    /// as in section 2, where the brake is released "only if the operator tries to move the table backward".
     #[must_use]
     pub fn session(&self, start: Mm2, operator: Box<dyn Operator>, seed: u64) -> Attempt {
-        let mut scene = Scene::new(self, start, operator, Going::OnAfterStops);
+        let mut scene = Scene::new(self, (start, self.tables(start, seed)), operator, Going::OnAfterStops);
         scene.drive(&mut fastrand::Rng::with_seed(seed));
         scene.attempt()
     }
@@ -183,7 +207,7 @@ enum End {
 /// The state of an attempt.
 struct Scene<'a> {
     paper: &'a Paper<'a>,
-    modules: Modules,
+    modules: Box<dyn Tables>,
     operator: Box<dyn Operator>,
     going: Going,
     seen: OperatorView,
@@ -202,14 +226,19 @@ struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    fn new(paper: &'a Paper<'a>, start: Mm2, operator: Box<dyn Operator>, going: Going) -> Self {
+    fn new(
+        paper: &'a Paper<'a>,
+        (start, modules): (Mm2, Box<dyn Tables>),
+        operator: Box<dyn Operator>,
+        going: Going,
+    ) -> Self {
         let offset = Vector { dx: 0, dy: 0 };
         let radius = keepout_planner::units::length_up_from_mm(paper.ground.radius_mm);
         let radius = radius.unwrap_or(keepout_kernel::Length::ZERO);
         let levels = Arc::new(Levels::flat(Arc::new(paper.ground.part.clone())));
         let mut scene = Self {
             paper,
-            modules: Modules::new(start, paper.feed_mm_s, paper.delays.inertia_s),
+            modules,
             operator,
             going,
             seen: OperatorView {
@@ -314,9 +343,7 @@ impl<'a> Scene<'a> {
         let stick = self.input.velocity;
         let tilt = stick.distance(Mm2::new(0.0, 0.0));
         let motion = stick / tilt * delays.unit_mm;
-        let end = position + motion;
-        let far = |at: Mm2| self.paper.ground.check.nearest(at).map_or(f64::INFINITY, |(_, far)| far);
-        if tilt > TILTED && !(invades && far(end) <= far(position)) {
+        if tilt > TILTED && (!invades || self.paper.ground.leads_away(position, motion)) {
             self.pass(delays.line_s(delays.motion_bytes) + delays.controller_s);
             self.modules.go(motion);
         }

@@ -11,6 +11,7 @@ use super::attempt::Attempt;
 use super::ours::Ours;
 use super::paper_picture::{self, DrawnAttempt};
 use super::results::{PaperRow, Results, our_attempts, paper_attempts};
+use super::roughing;
 use super::scenario::{Reported, Scenarios, StudyError};
 
 /// Number of attempts in a picture.
@@ -60,6 +61,29 @@ pub fn paths(scenarios: &Scenarios, seed: u64) -> Result<Vec<Picture>, StudyErro
         let mut traces = traces(&tried);
         traces.push(Trace { kind: TraceKind::Contour, points_mm: ours.contour(seed)? });
         pictures.push((format!("{}-ours.svg", shape.name), svg(plan, &title, &run_of(&traces))));
+    }
+    Ok(pictures)
+}
+
+/// Draws a roughing pass all round each profile of Fig. 8, with the paper's controller and with Keepout, and the path
+/// of finishing.
+///
+/// # Errors
+/// [`StudyError`] if a pass can not run.
+pub fn passes(scenarios: &Scenarios, seed: u64) -> Result<Vec<Picture>, StudyError> {
+    let (mut pictures, speed) = (Vec::new(), scenarios.ours_mm_s[0]);
+    for shape in scenarios.of_fig_8() {
+        let (pass, run) = roughing::with_paper(scenarios, shape, speed, seed)?;
+        let picture = paper_picture::pass_svg(shape, &pass, scenarios.tool_diameter_mm, &thin(&run))?;
+        pictures.push((format!("{}-pass-paper.svg", shape.name), picture));
+        let (pass, run) = roughing::with_ours(scenarios, shape, speed, seed)?;
+        let ours = Ours::new(shape, scenarios.tool_diameter_mm, speed)?;
+        let title = format!("Keepout all round, V = {speed} mm/s, T = {:.3} mm", pass.tolerance_mm);
+        let rough = Trace { kind: TraceKind::Manual, points_mm: thin(&run) };
+        let finishing = Trace { kind: TraceKind::Contour, points_mm: ours.contour(seed)? };
+        let traces = [rough, finishing];
+        pictures
+            .push((format!("{}-pass-ours.svg", shape.name), svg(&ours.work.plan, &title, &run_of(&traces))));
     }
     Ok(pictures)
 }

@@ -7,6 +7,7 @@ use keepout_drives::profile::DriveProfile;
 use serde::{Deserialize, Serialize};
 
 use super::attempt::{ALL, Attempt, PEOPLE, Tally, operator_of, real, seed_of};
+use super::brake::{self, BrakeRow};
 use super::clearing::{Cleared, with_ours, with_paper};
 use super::delays::{Delays, Looked};
 use super::finishing::{CONTROLLERS, Finished, finish};
@@ -14,6 +15,7 @@ use super::handwheel::{self, WheelRow};
 use super::ours::Ours;
 use super::paper::{Ground, Paper};
 use super::parallel::{ProgressCallback, parallel};
+use super::roughing::{self, Pass};
 use super::scenario::{Reported, Scenarios, StudyError};
 
 /// Results of the study.
@@ -35,10 +37,14 @@ pub struct Results {
     pub driven: Vec<OurRow>,
     /// Time to clear stock.
     pub clearing: Vec<ClearRow>,
+    /// Roughing passes all round, on the same modules.
+    pub roughing: Vec<Pass>,
     /// Finishing passes.
     pub finishing: Vec<Finished>,
     /// The one-dimensional system.
     pub handwheel: Vec<WheelRow>,
+    /// The one-dimensional system with a gradual brake.
+    pub brake: Vec<BrakeRow>,
 }
 
 /// A row of the paper's tables, with our result.
@@ -115,6 +121,7 @@ impl Results {
         let driven = attempts.div_ceil(DRIVEN_SHARE);
         let driven = driven_rows(scenarios, (driven, seed), &named("Keepout with drives"))?;
         let clearing = clear_rows(scenarios, seed, &named("clearing stock"))?;
+        let roughing = roughing::passes(scenarios, seed, &named("roughing passes"))?;
         let finishing = finish_rows(scenarios, &paper, &ours, &named("finishing passes"))?;
         let wheel = (attempts, seed);
         let handwheel =
@@ -128,8 +135,10 @@ impl Results {
             ours,
             driven,
             clearing,
+            roughing,
             finishing,
             handwheel,
+            brake: brake::rows(scenarios.delays, wheel),
         })
     }
 }
@@ -160,7 +169,7 @@ fn ground<'a>(scenarios: &'a Scenarios, profile: &str) -> Result<Ground<'a>, Stu
 /// The paper's controller with the settings of a row.
 fn on<'a>(scenarios: &Scenarios, ground: &'a Ground<'a>, row: &Reported) -> Paper<'a> {
     let delays = scenarios.delays;
-    Paper { ground, feed_mm_s: row.feed_mm_s, tolerance_mm: row.tolerance_mm, delays }
+    Paper { ground, feed_mm_s: row.feed_mm_s, tolerance_mm: row.tolerance_mm, delays, machine: None }
 }
 
 /// Simulates the first attempts of a row of the paper's tables.
@@ -283,7 +292,13 @@ pub fn clear_rows(
         let delays = scenarios.delays;
         let (tolerance_mm, runs) = if system == "paper" {
             let ground = ground(scenarios, &shape.name)?;
-            let paper = Paper { ground: &ground, feed_mm_s: speed_mm_s, tolerance_mm: CLEARING_T_MM, delays };
+            let paper = Paper {
+                ground: &ground,
+                feed_mm_s: speed_mm_s,
+                tolerance_mm: CLEARING_T_MM,
+                delays,
+                machine: None,
+            };
             let runs = seeds.map(|seed| with_paper(&paper, seed));
             (CLEARING_T_MM, runs.collect::<Result<Vec<_>, _>>()?)
         } else {

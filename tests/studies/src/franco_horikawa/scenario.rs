@@ -39,14 +39,14 @@ pub struct MachinedProfile {
     /// Description.
     pub title: String,
     /// Side of the tool.
-    side: ShapeSide,
+    pub(super) side: ShapeSide,
     /// Corners of the closed profile, drawing coordinates, mm.
     pub corners: Vec<Mm2>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum ShapeSide {
+pub(super) enum ShapeSide {
     Outside,
     Inside,
 }
@@ -200,6 +200,12 @@ impl Scenarios {
             toml::from_str(text).map_err(|error| StudyError::Parse { reason: error.to_string() })?;
         scenarios.row.iter().try_for_each(|row| scenarios.shape(&row.profile).map(|_| ()))?;
         Ok(scenarios)
+    }
+
+    /// The profiles of Fig. 8, those of Table 3.
+    pub fn of_fig_8(&self) -> impl Iterator<Item = &MachinedProfile> + '_ {
+        let in_table_3 = |name: &str| self.row.iter().any(|row| row.table == "3" && row.profile == name);
+        self.profile.iter().filter(move |shape| in_table_3(&shape.name))
     }
 
     /// The profile with the name `name`.

@@ -126,6 +126,56 @@ impl Results {
         std::iter::once(names).chain(rows).collect()
     }
 
+    /// Table of the roughing passes.
+    #[must_use]
+    pub fn roughing_table(&self) -> Vec<Vec<String>> {
+        let names = named([
+            "profile",
+            "system",
+            "V mm/s",
+            "T mm",
+            "approaches",
+            "invasions",
+            "deepest mm",
+            "stock left, mean mm",
+            "most mm",
+            "time s",
+        ]);
+        let rows = self.roughing.iter().map(|each| {
+            row([
+                each.profile.clone(),
+                each.system.clone(),
+                each.speed_mm_s.to_string(),
+                mm(each.tolerance_mm),
+                each.approaches.to_string(),
+                each.invasions.to_string(),
+                mm(each.deepest_mm),
+                mm(each.left_mm),
+                mm(each.most_left_mm),
+                format!("{:.0}", each.seconds),
+            ])
+        });
+        std::iter::once(names).chain(rows).collect()
+    }
+
+    /// Table of the one-dimensional system with a gradual brake.
+    #[must_use]
+    pub fn brake_table(&self) -> Vec<Vec<String>> {
+        let mut names = named(["hand mm/s", "band mm", "round ms", "released"]);
+        names.extend(COUNTED.map(String::from));
+        let rows = self.brake.iter().map(|each| {
+            let mut cells = row([
+                each.speed_mm_s.to_string(),
+                each.band_mm.to_string(),
+                format!("{:.0}", 1000.0 * each.round_s),
+                each.released.to_string(),
+            ]);
+            cells.extend(counted(&each.found));
+            cells
+        });
+        std::iter::once(names).chain(rows).collect()
+    }
+
     /// Statistics of all attempts with Keepout.
     #[must_use]
     pub fn ours_together(&self) -> Tally {

@@ -191,8 +191,12 @@ impl Intervals {
     /// mm.
     #[must_use]
     pub fn nearest(&self, p: Mm2) -> Option<(usize, f64)> {
-        let distances = self.candidates(p).map(|segment| (segment.index, segment.line_distance_mm(p)));
-        distances.min_by(|one, other| one.1.total_cmp(&other.1))
+        self.selected(p).min_by(|one, other| one.1.total_cmp(&other.1))
+    }
+
+    /// The segments with `p` in their interval: the number of each in the route, and the distance of eq. (2) in mm.
+    pub fn selected(&self, p: Mm2) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.candidates(p).map(move |segment| (segment.index, segment.line_distance_mm(p)))
     }
 
     /// Whether a tool at `p` invades: the nearest segment with `p` in its interval is within the tolerance T
