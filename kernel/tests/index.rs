@@ -1,5 +1,4 @@
 //! The index: its checker refuses boxes that are too small, and trees of another shape.
-#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::build;

@@ -1,11 +1,10 @@
 //! The checkers on wrong arrays: an array is rejected or harmless, and no checker panics.
-#![expect(clippy::unwrap_used, reason = "a helper of a test may stop it")]
 
 use fastrand::Rng;
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::index::cells::{self, Answer, Cells, Claim, GROUP, Packed};
-use keepout_kernel::index::check::{BoxProposal, CheckedIndex, IndexFault, Node};
-use keepout_kernel::index::{CellFault, build, subdivide};
+use keepout_kernel::index::check::{CheckedIndex, Node};
+use keepout_kernel::index::{build, subdivide};
 use keepout_kernel::{Edge, Length, Point, Segment};
 use keepout_proofs::families::{Family, ProfileCase, at, length};
 
