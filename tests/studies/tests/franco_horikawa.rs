@@ -13,7 +13,7 @@ use keepout_studies::franco_horikawa::calibration::misfit;
 use keepout_studies::franco_horikawa::page::{FOLDER, page};
 use keepout_studies::franco_horikawa::picture::chart;
 use keepout_studies::franco_horikawa::results::{PaperRow, Results, our_rows, paper_attempts, paper_rows};
-use keepout_studies::franco_horikawa::roughing::Pass;
+use keepout_studies::franco_horikawa::roughing::RoughingPass;
 use keepout_studies::franco_horikawa::scenario::{Scenarios, machine};
 use keepout_studies::franco_horikawa::tables::{ours_table, paper_table};
 
@@ -63,7 +63,7 @@ fn results_meet_the_requirements() {
     }
     assert!(results.clearing.iter().all(|row| row.system == "paper" || row.found.deepest_mm == 0.0));
     for row in &results.roughing {
-        let alike = |other: &&Pass| other.system != row.system && other.profile == row.profile;
+        let alike = |other: &&RoughingPass| other.system != row.system && other.profile == row.profile;
         let other = results.roughing.iter().find(alike).unwrap();
         assert_eq!(row.approaches, other.approaches, "{row:?}");
         assert!(row.system == "paper" || (row.invasions, row.deepest_mm) == (0, 0.0), "{row:?}");

@@ -41,6 +41,20 @@ pub const BANDS_MM: [f64; 3] = [1.0, 3.0, 5.0];
 /// Rounds of the computation: that of the delay model, and a fast one, s.
 const FAST_S: f64 = 0.01;
 
+/// The words of the page.
+pub(super) const SECTION: &str = "
+## One dimension: the gradual brake
+
+This is the system of section 2. The hand pushes the table at a speed, with up to 200 N, beyond the desired position,
+and then pulls. The brake begins to act at the band before the desired position, and holds with 600 N there. Its force
+follows within 30 ms. The table has 40 kg and 15 N of friction. The paper gives none of these values
+(`tests/studies/src/franco_horikawa/brake.rs`). A round takes as long as in the delay model, or 10 ms. *Under-cutting*
+is the distance of the stopped table from the desired position: it stops where brake and friction hold the whole force
+of the hand. A brake that rises gradually ends the motion before the position, unless the hand is as strong as the full
+brake.
+
+";
+
 /// A row of the system with the brake.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BrakeRow {
@@ -181,8 +195,8 @@ mod tests {
         assert!(table.speed_mm_s == 0.0 && (table.at_mm - stops_mm).abs() < 0.02, "{table:?} {stops_mm}");
     }
 
-    /// The table goes with the hand until friction and brake hold the whole force of the hand. With the slow computer, a
-    /// fast hand pushes it past the desired position.
+    /// The table goes with the hand until friction and brake hold the whole force of the hand. With the slow computer,
+    /// a fast hand pushes it past the desired position.
     #[test]
     fn table_stops_where_the_brake_overcomes_the_hand() {
         let delays = super::super::scenario::Scenarios::built_in().unwrap().delays;

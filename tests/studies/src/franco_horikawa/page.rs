@@ -9,6 +9,7 @@ use keepout_planner::Mm2;
 use keepout_planner::report::table::markdown;
 
 use super::attempt::real;
+use super::brake;
 use super::delays::Looked;
 use super::finishing::Finished;
 use super::invasion::{PointMatrix, mean_operations, of_matrix};
@@ -35,6 +36,10 @@ pub fn page(scenarios: &Scenarios, results: &Results) -> String {
     shapes(&mut text, scenarios);
     operations(&mut text, scenarios);
     text += include_str!("verdicts.md");
+    let _ = writeln!(
+        text,
+        "\nFigs. 4 to 6, drawn from what the functions compute:\n\n![Figs. 4 to 6]({FOLDER}/checks.svg)"
+    );
     delays(&mut text, results);
     text += &prediction(results);
     ours(&mut text, results);
@@ -43,7 +48,7 @@ pub fn page(scenarios: &Scenarios, results: &Results) -> String {
     roughing(&mut text, scenarios, results);
     let _ = write!(text, "{FINISHING}{}{}", markdown(&results.finishing_table()), finishing_verdict(results));
     let _ = write!(text, "{HANDWHEEL}{}", markdown(&results.handwheel_table()));
-    let _ = write!(text, "{BRAKE}{}", markdown(&results.brake_table()));
+    let _ = write!(text, "{}{}", brake::SECTION, markdown(&results.brake_table()));
     text += LIMITS;
     for row in paper_table(&results.by_x).iter().enumerate().filter(|(n, row)| *n < 1 || row[0] != "2 (a)") {
         let (number, cells) = row;
@@ -170,19 +175,6 @@ it. It includes the ridges between two approaches.
 Reading: after a stop, the paper's controller passes only motions away from the segment, to the tool's side, as section
 2 says of its brake. A tool behind the line of the segment may move anywhere. The paper does not say what its prototype
 did after a stop.
-
-";
-
-const BRAKE: &str = "
-## One dimension: the gradual brake
-
-This is the system of section 2. The hand pushes the table at a speed, with up to 200 N, beyond the desired position,
-and then pulls. The brake begins to act at the band before the desired position, and holds with 600 N there. Its force
-follows within 30 ms. The table has 40 kg and 15 N of friction. The paper gives none of these values
-(`tests/studies/src/franco_horikawa/brake.rs`). A round takes as long as in the delay model, or 10 ms. *Under-cutting*
-is the distance of the stopped table from the desired position: it stops where brake and friction hold the whole force
-of the hand. A brake that rises gradually ends the motion before the position, unless the hand is as strong as the full
-brake.
 
 ";
 

@@ -100,9 +100,9 @@ impl<'a> Ground<'a> {
         far.all(|far| far > tolerance_mm)
     }
 
-    /// Whether a motion leads away from the nearest segment with the tool in its interval: to the tool's side, which the
-    /// construction of the prohibited region knows (eq. (8)). Behind the line of the segment every motion does: the tool
-    /// may come back, and around an outside corner it is not in the part.
+    /// Whether a motion leads away from the nearest segment with the tool in its interval: to the tool's side, which
+    /// the construction of the prohibited region knows (eq. (8)). Behind the line of the segment every motion does: the
+    /// tool may come back, and around an outside corner it is not in the part.
     fn leads_away(&self, from: Mm2, motion: Mm2) -> bool {
         let Some((segment, _)) = self.check.nearest(from) else { return true };
         let begin = self.polygon[segment];

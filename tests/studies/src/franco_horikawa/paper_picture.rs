@@ -6,7 +6,7 @@ use keepout_planner::report::view::{Mark, Sign, View, page, polyline_of};
 use keepout_planner::{Box2, Mm2};
 
 use super::invasion::prohibited;
-use super::roughing::Pass;
+use super::roughing::RoughingPass;
 use super::scenario::{MachinedProfile, Reported, StudyError};
 
 /// Space around the tolerance, mm.
@@ -118,7 +118,7 @@ pub fn svg(
 /// [`StudyError`] if the paper's construction of the prohibited region fails.
 pub fn pass_svg(
     shape: &MachinedProfile,
-    pass: &Pass,
+    pass: &RoughingPass,
     diameter_mm: f64,
     roughing: &[Mm2],
 ) -> Result<String, StudyError> {

@@ -15,7 +15,7 @@ use super::handwheel::{self, WheelRow};
 use super::ours::Ours;
 use super::paper::{Ground, Paper};
 use super::parallel::{ProgressCallback, parallel};
-use super::roughing::{self, Pass};
+use super::roughing::{self, RoughingPass};
 use super::scenario::{Reported, Scenarios, StudyError};
 
 /// Results of the study.
@@ -38,7 +38,7 @@ pub struct Results {
     /// Time to clear stock.
     pub clearing: Vec<ClearRow>,
     /// Roughing passes all round, on the same modules.
-    pub roughing: Vec<Pass>,
+    pub roughing: Vec<RoughingPass>,
     /// Finishing passes.
     pub finishing: Vec<Finished>,
     /// The one-dimensional system.

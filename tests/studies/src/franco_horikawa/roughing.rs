@@ -42,7 +42,7 @@ const MEASURED_MM: f64 = 1.0;
 
 /// A roughing pass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Pass {
+pub struct RoughingPass {
     /// Name of the profile.
     pub profile: String,
     /// The system: "paper" or "ours".
@@ -120,7 +120,7 @@ pub fn with_paper(
     shape: &MachinedProfile,
     speed_mm_s: f64,
     seed: u64,
-) -> Result<(Pass, Attempt), StudyError> {
+) -> Result<(RoughingPass, Attempt), StudyError> {
     let (machine, drives) = (machine(speed_mm_s)?, drives()?);
     let ground = Ground::new(shape, scenarios.tool_diameter_mm, scenarios.delays.classified.into())?;
     let paper = Paper {
@@ -135,7 +135,7 @@ pub fn with_paper(
     let operator = Rounds::new(places.all, DIRECTION_MM_S, REACH_MM, PATIENCE);
     let run = paper.session(start, Box::new(operator), seed);
     let pass = measured(shape, ground.radius_mm(), &run);
-    let pass = Pass {
+    let pass = RoughingPass {
         system: "paper".into(),
         speed_mm_s,
         tolerance_mm: TOLERANCE_MM,
@@ -154,7 +154,7 @@ pub fn with_ours(
     shape: &MachinedProfile,
     speed_mm_s: f64,
     seed: u64,
-) -> Result<(Pass, Attempt), StudyError> {
+) -> Result<(RoughingPass, Attempt), StudyError> {
     let ours = Ours::new(shape, scenarios.tool_diameter_mm, speed_mm_s)?;
     let places = Places::around(shape, ours.radius_mm())?;
     let start = places.all.first().copied().unwrap_or_default();
@@ -162,7 +162,7 @@ pub fn with_ours(
     let line = (seed, Duration::from_millis(1));
     let run = ours.session(start, Box::new(operator), line, Some(&drives()?))?;
     let pass = measured(shape, ours.radius_mm(), &run);
-    let pass = Pass {
+    let pass = RoughingPass {
         system: "ours".into(),
         speed_mm_s,
         tolerance_mm: ours.tolerance_mm(),
@@ -180,7 +180,7 @@ pub fn passes(
     scenarios: &Scenarios,
     seed: u64,
     progress: &ProgressCallback<'_>,
-) -> Result<Vec<Pass>, StudyError> {
+) -> Result<Vec<RoughingPass>, StudyError> {
     let mut settings = Vec::new();
     for shape in &scenarios.profile {
         settings.extend(PAPER_MM_S.map(|speed| (shape, true, speed)));
@@ -194,12 +194,12 @@ pub fn passes(
 }
 
 /// The figures of a pass, without its settings.
-fn measured(shape: &MachinedProfile, radius_mm: f64, run: &Attempt) -> Pass {
+fn measured(shape: &MachinedProfile, radius_mm: f64, run: &Attempt) -> RoughingPass {
     let left = remaining(shape, radius_mm, &run.path);
     let count = u32::try_from(left.len()).unwrap_or(u32::MAX).max(1);
     let inside: Vec<bool> = run.path.iter().map(|&at| shape.clearance(at) < radius_mm).collect();
     let entered = inside.windows(2).filter(|pair| !pair[0] && pair[1]).count();
-    Pass {
+    RoughingPass {
         profile: shape.name.clone(),
         system: String::new(),
         speed_mm_s: 0.0,
