@@ -173,8 +173,9 @@ often the tool entered the part. *Stock left* is measured every millimetre along
 it. It includes the ridges between two approaches.
 
 Reading: after a stop, the paper's controller passes only motions away from the segment, to the tool's side, as section
-2 says of its brake. A tool behind the line of the segment may move anywhere. The paper does not say what its prototype
-did after a stop.
+2 says of its brake, or to a place where its check finds no invasion. A tool behind the line of the segment may move
+anywhere. The paper does not say what its prototype did after a stop. Where much stock is left, false alarms kept the
+tool away: the line of a segment has no ends.
 
 ";
 

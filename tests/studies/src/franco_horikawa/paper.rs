@@ -101,13 +101,15 @@ impl<'a> Ground<'a> {
     }
 
     /// Whether a motion leads away from the nearest segment with the tool in its interval: to the tool's side, which
-    /// the construction of the prohibited region knows (eq. (8)). Behind the line of the segment every motion does: the
-    /// tool may come back, and around an outside corner it is not in the part.
-    fn leads_away(&self, from: Mm2, motion: Mm2) -> bool {
+    /// the construction of the prohibited region knows (eq. (8)), or to a place where the check finds no invasion.
+    /// Behind the line of the segment every motion does: the tool may come back, and around an outside corner it is
+    /// not in the part.
+    fn leads_away(&self, from: Mm2, motion: Mm2, tolerance_mm: f64) -> bool {
         let Some((segment, _)) = self.check.nearest(from) else { return true };
         let begin = self.polygon[segment];
         let outward = (self.polygon[(segment + 1) % self.polygon.len()] - begin).left();
-        (from - begin).dot(outward) < 0.0 || motion.dot(outward) > 0.0
+        let behind = (from - begin).dot(outward) < 0.0;
+        behind || motion.dot(outward) > 0.0 || !self.check.invades(from + motion, tolerance_mm)
     }
 
     /// Distance of the tool's edge from the part, mm. Negative in the part.
@@ -343,7 +345,9 @@ impl<'a> Scene<'a> {
         let stick = self.input.velocity;
         let tilt = stick.distance(Mm2::new(0.0, 0.0));
         let motion = stick / tilt * delays.unit_mm;
-        if tilt > TILTED && (!invades || self.paper.ground.leads_away(position, motion)) {
+        if tilt > TILTED
+            && (!invades || self.paper.ground.leads_away(position, motion, self.paper.tolerance_mm))
+        {
             self.pass(delays.line_s(delays.motion_bytes) + delays.controller_s);
             self.modules.go(motion);
         }
