@@ -24,6 +24,15 @@ pub struct Attempt {
     pub fastest_mm_s: Option<f64>,
 }
 
+impl Attempt {
+    /// An attempt in one dimension. The table went `beyond_mm` past a barrier. Negative: it stopped before it.
+    #[must_use]
+    pub fn at_a_barrier(beyond_mm: f64, seconds: f64, path: Vec<Mm2>) -> Self {
+        let (depth_mm, closest_mm) = (beyond_mm.max(0.0), (-beyond_mm).max(0.0));
+        Self { depth_mm, closest_mm, seconds, path, false_alarms: 0, fastest_mm_s: None }
+    }
+}
+
 /// Models of people who jog toward the part. They operate the paper's system. The stick of the last one
 /// sticks at times.
 pub const PEOPLE: [ModelKind; 4] = [ModelKind::Calm, ModelKind::Wall, ModelKind::Jittery, ModelKind::Stuck];
@@ -94,6 +103,13 @@ impl Tally {
         }
         tally.seconds = seconds / real(tally.attempts.max(1));
         tally
+    }
+
+    /// Computes the statistics of attempts in one dimension, and counts those in which the table followed back.
+    #[must_use]
+    pub fn with_released(tried: &[(Attempt, bool)]) -> (Self, u64) {
+        let released = tried.iter().filter(|(_, released)| *released).count() as u64;
+        (Self::of(tried.iter().map(|(attempt, _)| attempt)), released)
     }
 
     /// Combines several tallies.

@@ -7,12 +7,12 @@
 //! The paper gives no masses, forces or times. The values here are ours. We read the release as a sensor of the
 //! handle's torque: a locked table does not move, so its position can not tell that the operator pulls.
 
+use keepout_planner::Mm2;
 use serde::{Deserialize, Serialize};
 
 use super::attempt::{Attempt, Tally, seed_of};
 use super::delays::Delays;
-use super::modules::STEP_S;
-use keepout_planner::Mm2;
+use super::modules::{STEP_S, follows};
 
 /// Mass that the handle moves: the table, the work, and the screw's inertia as a mass, kg.
 const MASS_KG: f64 = 40.0;
@@ -38,7 +38,7 @@ const PULL_S: f64 = 2.0;
 pub const SPEEDS_MM_S: [f64; 4] = [1.0, 5.0, 12.0, 18.0];
 /// Distances before the desired position from which on the brake acts, mm.
 pub const BANDS_MM: [f64; 3] = [1.0, 3.0, 5.0];
-/// Rounds of the computation: that of the delay model, and a fast one, s.
+/// Mean time of a round of a fast computer, s.
 const FAST_S: f64 = 0.01;
 
 /// The words of the page.
@@ -107,7 +107,7 @@ struct Braked {
 impl Braked {
     /// Advances by [`STEP_S`]. Friction and brake oppose the motion, and hold a table at rest against the hand.
     fn step(&mut self, hand_n: f64, activation: f64) {
-        self.brake_n += (activation * BRAKE_N - self.brake_n) * (1.0 - (-STEP_S / BRAKE_S).exp());
+        self.brake_n += (activation * BRAKE_N - self.brake_n) * follows(BRAKE_S);
         let held_n = FRICTION_N + self.brake_n;
         // N / kg · s is m/s.
         let gained = |force_n: f64| 1000.0 * force_n / MASS_KG * STEP_S;
@@ -129,8 +129,7 @@ pub fn rows(delays: Delays, (attempts, seed): (u64, u64)) -> Vec<BrakeRow> {
                 let stream = 20_000 + rows.len() as u64;
                 let seeds = (0..attempts).map(|attempt| seed_of(seed, stream, attempt));
                 let tried: Vec<_> = seeds.map(|seed| attempt((speed_mm_s, band_mm), delays, seed)).collect();
-                let released = tried.iter().filter(|(_, released)| *released).count() as u64;
-                let found = Tally::of(tried.iter().map(|(attempt, _)| attempt));
+                let (found, released) = Tally::with_released(&tried);
                 rows.push(BrakeRow { speed_mm_s, band_mm, round_s, found, released });
             }
         }
@@ -161,8 +160,7 @@ fn attempt((speed_mm_s, band_mm): (f64, f64), delays: Delays, seed: u64) -> (Att
     let beyond = farthest - RUN_UP_MM;
     let released = table.at_mm < farthest - 0.3 * speed_mm_s * PULL_S;
     let path = vec![Mm2::ZERO, Mm2::new(farthest, 0.0), Mm2::new(table.at_mm, 0.0)];
-    let (depth_mm, closest_mm) = (beyond.max(0.0), (-beyond).max(0.0));
-    (Attempt { depth_mm, closest_mm, seconds, path, false_alarms: 0, fastest_mm_s: None }, released)
+    (Attempt::at_a_barrier(beyond, seconds, path), released)
 }
 
 #[cfg(test)]

@@ -169,7 +169,7 @@ fn very_close(body: &mut Lines) {
         profile[1].distance(profile[2]),
     );
     let kept_or = if kept.len() < profile.len() { "one is removed" } else { "both stay" };
-    let says = format!("R = {radius_mm} mm, d = {setback:.1} mm, |AB| = {apart:.1} mm: {kept_or}");
+    let says = format!("d = {setback:.1} mm, |AB| = {apart:.1} mm: {kept_or}");
     let mut panel = Panel::new(body, (0, 1), "Fig. 5 (a), eqs. (3), (4): very close points", &says);
     panel.part(&profile);
     panel.way(&kept, PATH, 2.0);

@@ -92,8 +92,7 @@ pub fn rows(
                 ("ours", ours.tolerance_mm(), tried.collect::<Result<Vec<_>, StudyError>>()?)
             }
         };
-        let released = tried.iter().filter(|(_, released)| *released).count() as u64;
-        let found = Tally::of(tried.iter().map(|(attempt, _)| attempt));
+        let (found, released) = Tally::with_released(&tried);
         Ok(WheelRow { system: system.into(), speed_mm_s, tolerance_mm, found, released })
     })
 }
@@ -140,8 +139,7 @@ fn paper(speed_mm_s: f64, tolerance_mm: f64, delays: Delays, seed: u64) -> (Atte
     let beyond = farthest - barrier.at_mm;
     let path = vec![Mm2::ZERO, Mm2::new(farthest, 0.0), Mm2::new(table, 0.0)];
     let released = table < farthest - 0.8 * BACK_MM;
-    let (depth_mm, closest_mm) = (beyond.max(0.0), (-beyond).max(0.0));
-    (Attempt { depth_mm, closest_mm, seconds, path, false_alarms: 0, fastest_mm_s: None }, released)
+    (Attempt::at_a_barrier(beyond, seconds, path), released)
 }
 
 /// One attempt with Keepout. The pulses are handwheel inputs of the supervisor.

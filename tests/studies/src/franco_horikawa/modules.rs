@@ -180,8 +180,6 @@ pub fn follows(inertia_s: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use keepout_drives::controllers::kind::Kind;
-
     use super::*;
 
     fn steps(modules: &mut Modules, count: usize) {
@@ -228,8 +226,7 @@ mod tests {
     #[test]
     fn simulated_modules_brake_on_the_line() {
         let machine = super::super::scenario::machine(12.0).unwrap();
-        let drives =
-            DriveProfile { controller: Some(Kind::Contouring), ..DriveProfile::load("nsk-modules").unwrap() };
+        let drives = super::super::scenario::driven_modules().unwrap();
         let at = Mm2::new(100.0, 50.0);
         let mut modules = SimulatedModules::new(at, 12.0, &machine, &drives, 3);
         modules.go(Mm2::new(3.0, 4.0));

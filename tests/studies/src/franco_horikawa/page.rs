@@ -122,6 +122,7 @@ last round the operator pushes against the wall.
 
 - The operator follows a line at 28 mm/s at most (steering law), also with faster modules. At 1200 mm/s the
   smallest tilt of the stick gives 48 mm/s.
+- The stick of the paper's system gives a direction and no speed, so the operator tilts it fully.
 - The operator gives a place up if the tool comes no nearer to it for 3 s. False alarms keep the paper's tool
   away from some places.
 - The values are means of four runs. The paper's system uses T = 5 mm.

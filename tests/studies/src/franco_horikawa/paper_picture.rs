@@ -33,22 +33,24 @@ struct Scenery<'a> {
     shape: &'a MachinedProfile,
     diameter_mm: f64,
     tolerance_mm: f64,
+    /// The paper's construction of the region that the tool's centre must not enter.
+    prohibited: Vec<Mm2>,
 }
 
-impl Scenery<'_> {
+impl<'a> Scenery<'a> {
+    fn new(shape: &'a MachinedProfile, diameter_mm: f64, tolerance_mm: f64) -> Result<Self, StudyError> {
+        let prohibited = prohibited(&shape.corners, diameter_mm / 2.0, shape.side())
+            .map_err(|source| StudyError::Radius { name: shape.name.clone(), source })?;
+        Ok(Self { shape, diameter_mm, tolerance_mm, prohibited })
+    }
+
     /// View of the part and of the ways of the tool.
     fn view(&self, ways: impl Iterator<Item = Mm2>) -> View {
         let shown = Box2::around(self.shape.corners.iter().copied().chain(ways)).unwrap_or_default();
         View::of(shown.grown(self.diameter_mm / 2.0 + self.tolerance_mm + SPACE_MM))
     }
 
-    /// The paper's construction of the region that the tool's centre must not enter.
-    fn prohibited(&self) -> Result<Vec<Mm2>, StudyError> {
-        prohibited(&self.shape.corners, self.diameter_mm / 2.0, self.shape.side())
-            .map_err(|source| StudyError::Radius { name: self.shape.name.clone(), source })
-    }
-
-    fn draw(&self, body: &mut Lines, view: &View) -> Result<(), StudyError> {
+    fn draw(&self, body: &mut Lines, view: &View) {
         let outline = |corners: &[Mm2]| polyline_of(corners, view) + "Z";
         let profile = outline(&self.shape.corners);
         // A wide line around a polygon is the region within half its width. What is drawn later hides the inner half.
@@ -60,14 +62,13 @@ impl Scenery<'_> {
             MachinedSide::Inside => path(view.everything() + &profile).set("fill-rule", "evenodd"),
             MachinedSide::Outside => path(&profile),
         };
-        let band = around(&outline(&self.prohibited()?), self.tolerance_mm, TOLERANCE);
+        let band = around(&outline(&self.prohibited), self.tolerance_mm, TOLERANCE);
         body.draw(&[band, around(&profile, self.diameter_mm / 2.0, INVASION)]);
         body.draw(&[part.fill(PART), path(&profile).outline("#333", 1.2)]);
-        Ok(())
     }
 
     fn legend(&self) -> Vec<Sign> {
-        let Self { shape, diameter_mm, tolerance_mm } = self;
+        let Self { shape, diameter_mm, tolerance_mm, .. } = self;
         let invasion = format!("invasion: here the tool of Ø {diameter_mm} mm cuts into the part");
         let seen = format!("tolerance T = {tolerance_mm} mm: the controller stops a tool that it sees here");
         vec![
@@ -89,10 +90,10 @@ pub fn svg(
     attempts: &[DrawnAttempt],
 ) -> Result<String, StudyError> {
     let tolerance_mm = reported.tolerance_mm;
-    let scenery = Scenery { shape, diameter_mm, tolerance_mm };
+    let scenery = Scenery::new(shape, diameter_mm, tolerance_mm)?;
     let view = scenery.view(attempts.iter().flat_map(|attempt| attempt.points_mm.iter().copied()));
     let mut body = Lines::default();
-    scenery.draw(&mut body, &view)?;
+    scenery.draw(&mut body, &view);
     for attempt in attempts {
         let colour = if attempt.invades { INVADED } else { STOPPED };
         body.draw(&[path(polyline_of(&attempt.points_mm, &view)).outline(colour, 1)]);
@@ -122,10 +123,10 @@ pub fn pass_svg(
     diameter_mm: f64,
     roughing: &[Mm2],
 ) -> Result<String, StudyError> {
-    let scenery = Scenery { shape, diameter_mm, tolerance_mm: pass.tolerance_mm };
+    let scenery = Scenery::new(shape, diameter_mm, pass.tolerance_mm)?;
     let view = scenery.view(roughing.iter().copied());
     let mut body = Lines::default();
-    scenery.draw(&mut body, &view)?;
+    scenery.draw(&mut body, &view);
     let invades = |at: &Mm2| shape.clearance(*at) < diameter_mm / 2.0;
     // Neighbouring pieces share a point, so that the line has no gaps.
     let mut begin = 0;
@@ -135,7 +136,7 @@ pub fn pass_svg(
         body.draw(&[path(polyline_of(points, &view)).outline(colour, width)]);
         begin += piece.len();
     }
-    let finishing = polyline_of(&scenery.prohibited()?, &view) + "Z";
+    let finishing = polyline_of(&scenery.prohibited, &view) + "Z";
     body.draw(&[path(finishing).outline(FINISHED, 1.5).set("stroke-dasharray", "6 3")]);
     let mut legend = scenery.legend();
     let all = format!("path of roughing: {} approaches", pass.approaches);

@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use keepout_drives::controllers::kind::Kind;
 use keepout_drives::profile::DriveProfile;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +15,7 @@ use super::ours::Ours;
 use super::paper::{Ground, Paper};
 use super::parallel::{ProgressCallback, parallel};
 use super::roughing::{self, RoughingPass};
-use super::scenario::{Reported, Scenarios, StudyError};
+use super::scenario::{Reported, Scenarios, StudyError, driven_modules};
 
 /// Results of the study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -221,7 +220,7 @@ fn driven_rows(
     let first = scenarios.latencies_ms.iter().copied().min().unwrap_or_default();
     let settings: Vec<_> =
         settings(scenarios).into_iter().filter(|(_, _, latency)| *latency == first).collect();
-    let servo = DriveProfile { controller: Some(Kind::Contouring), ..DriveProfile::load("nsk-modules")? };
+    let servo = driven_modules()?;
     parallel(settings.len(), progress, |number| {
         let stream = (DRIVEN_FROM + number as u64, attempts, seed);
         our_row(scenarios, settings[number], stream, Some(&servo))

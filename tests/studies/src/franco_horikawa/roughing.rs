@@ -6,8 +6,6 @@
 
 use std::time::Duration;
 
-use keepout_drives::controllers::kind::Kind;
-use keepout_drives::profile::DriveProfile;
 use keepout_planner::Mm2;
 use keepout_sim::operator::Rounds;
 use serde::{Deserialize, Serialize};
@@ -17,7 +15,7 @@ use super::invasion::prohibited;
 use super::ours::Ours;
 use super::paper::{Ground, Paper};
 use super::parallel::{ProgressCallback, parallel};
-use super::scenario::{MachinedProfile, Scenarios, StudyError, machine};
+use super::scenario::{MachinedProfile, Scenarios, StudyError, driven_modules, machine};
 
 /// T of the paper's controller, mm: that of Fig. 8 and Table 3.
 pub const TOLERANCE_MM: f64 = 4.5;
@@ -87,28 +85,23 @@ impl Places {
             let way = to - from;
             // The tool is on the left of the enlarged profile.
             let outward = (way / way.length()).left();
-            let count = steps(way.length() / APART_MM);
-            for step in 0..count {
-                let foot = from + way * ((f64::from(step) + 0.5) / f64::from(count));
-                places.all.extend([foot + outward * BACK_MM, foot - outward * BEHIND_MM]);
-                places.all.push(foot + outward * BACK_MM);
+            for foot in middles((from, to), APART_MM) {
+                let away = foot + outward * BACK_MM;
+                places.all.extend([away, foot - outward * BEHIND_MM, away]);
+                places.approaches += 1;
             }
-            places.approaches += u64::from(count);
             places.all.push(back[(number + 1) % back.len()]);
         }
         Ok(places)
     }
 }
 
-/// A number of parts, one at least, of at most the unit length.
+/// The middles of equal parts of a line, which are `apart_mm` long at most.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a few thousand")]
-fn steps(length: f64) -> u32 {
-    length.ceil().clamp(1.0, 1e4) as u32
-}
-
-/// The modules of Table 1 as feed drives, with the controller that the margin budget assumes.
-fn drives() -> Result<DriveProfile, StudyError> {
-    Ok(DriveProfile { controller: Some(Kind::Contouring), ..DriveProfile::load("nsk-modules")? })
+fn middles((from, to): (Mm2, Mm2), apart_mm: f64) -> impl Iterator<Item = Mm2> {
+    let way = to - from;
+    let count = (way.length() / apart_mm).ceil().clamp(1.0, 1e4) as u32;
+    (0..count).map(move |part| from + way * ((f64::from(part) + 0.5) / f64::from(count)))
 }
 
 /// Runs the pass of the paper's controller.
@@ -121,7 +114,7 @@ pub fn with_paper(
     speed_mm_s: f64,
     seed: u64,
 ) -> Result<(RoughingPass, Attempt), StudyError> {
-    let (machine, drives) = (machine(speed_mm_s)?, drives()?);
+    let (machine, drives) = (machine(speed_mm_s)?, driven_modules()?);
     let ground = Ground::new(shape, scenarios.tool_diameter_mm, scenarios.delays.classified.into())?;
     let paper = Paper {
         ground: &ground,
@@ -134,14 +127,8 @@ pub fn with_paper(
     let start = places.all.first().copied().unwrap_or_default();
     let operator = Rounds::new(places.all, DIRECTION_MM_S, REACH_MM, PATIENCE);
     let run = paper.session(start, Box::new(operator), seed);
-    let pass = measured(shape, ground.radius_mm(), &run);
-    let pass = RoughingPass {
-        system: "paper".into(),
-        speed_mm_s,
-        tolerance_mm: TOLERANCE_MM,
-        approaches: places.approaches,
-        ..pass
-    };
+    let settings = ("paper", speed_mm_s, TOLERANCE_MM, places.approaches);
+    let pass = measured(settings, shape, ground.radius_mm(), &run);
     Ok((pass, run))
 }
 
@@ -160,15 +147,9 @@ pub fn with_ours(
     let start = places.all.first().copied().unwrap_or_default();
     let operator = Rounds::new(places.all, speed_mm_s, REACH_MM, PATIENCE);
     let line = (seed, Duration::from_millis(1));
-    let run = ours.session(start, Box::new(operator), line, Some(&drives()?))?;
-    let pass = measured(shape, ours.radius_mm(), &run);
-    let pass = RoughingPass {
-        system: "ours".into(),
-        speed_mm_s,
-        tolerance_mm: ours.tolerance_mm(),
-        approaches: places.approaches,
-        ..pass
-    };
+    let run = ours.session(start, Box::new(operator), line, Some(&driven_modules()?))?;
+    let settings = ("ours", speed_mm_s, ours.tolerance_mm(), places.approaches);
+    let pass = measured(settings, shape, ours.radius_mm(), &run);
     Ok((pass, run))
 }
 
@@ -193,18 +174,23 @@ pub fn passes(
     })
 }
 
-/// The figures of a pass, without its settings.
-fn measured(shape: &MachinedProfile, radius_mm: f64, run: &Attempt) -> RoughingPass {
+/// The figures of a pass: its system, top speed, tolerance and approaches, and what they led to.
+fn measured(
+    (system, speed_mm_s, tolerance_mm, approaches): (&str, f64, f64, u64),
+    shape: &MachinedProfile,
+    radius_mm: f64,
+    run: &Attempt,
+) -> RoughingPass {
     let left = remaining(shape, radius_mm, &run.path);
     let count = u32::try_from(left.len()).unwrap_or(u32::MAX).max(1);
     let inside: Vec<bool> = run.path.iter().map(|&at| shape.clearance(at) < radius_mm).collect();
     let entered = inside.windows(2).filter(|pair| !pair[0] && pair[1]).count();
     RoughingPass {
         profile: shape.name.clone(),
-        system: String::new(),
-        speed_mm_s: 0.0,
-        tolerance_mm: 0.0,
-        approaches: 0,
+        system: system.into(),
+        speed_mm_s,
+        tolerance_mm,
+        approaches,
         invasions: entered as u64,
         deepest_mm: run.depth_mm,
         left_mm: left.iter().sum::<f64>() / f64::from(count),
@@ -220,9 +206,7 @@ fn remaining(shape: &MachinedProfile, radius_mm: f64, path: &[Mm2]) -> Vec<f64> 
     for (from, to) in shape.edges() {
         let way = to - from;
         let normal = (way / way.length()).left();
-        let count = steps(way.length() / MEASURED_MM);
-        for step in 0..count {
-            let at = from + way * ((f64::from(step) + 0.5) / f64::from(count));
+        for at in middles((from, to), MEASURED_MM) {
             let touches = [normal, -normal].map(|normal| shape.clearance(at + normal * radius_mm));
             if touches.iter().any(|&clearance| clearance > radius_mm - 1e-6) {
                 let near = path.windows(2).map(|pair| at.distance(at.nearest_on(pair[0], pair[1])));

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use keepout_drives::controllers::kind::Kind;
+use keepout_drives::profile::DriveProfile;
 use keepout_planner::machine::{MachineError, MachineProfile};
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
 use keepout_planner::profile::MachinedSide;
@@ -319,6 +321,14 @@ pub fn machine(max_rate_mm_s: f64) -> Result<MachineProfile, StudyError> {
     let machine: MachineProfile =
         toml::from_str(text).map_err(|error| StudyError::Parse { reason: error.to_string() })?;
     Ok(MachineProfile { max_rate_mm_s, ..machine }.checked()?)
+}
+
+/// The modules of Table 1 as feed drives, with the controller that the margin budget assumes.
+///
+/// # Errors
+/// [`StudyError`] if the built-in profile is invalid.
+pub fn driven_modules() -> Result<DriveProfile, StudyError> {
+    Ok(DriveProfile { controller: Some(Kind::Contouring), ..DriveProfile::load("nsk-modules")? })
 }
 
 #[cfg(test)]
