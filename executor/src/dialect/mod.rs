@@ -9,6 +9,8 @@ mod lines;
 mod scale;
 #[cfg(test)]
 pub(crate) mod testing;
+#[cfg(test)]
+mod tests;
 mod venus;
 pub mod zaber;
 

@@ -1,3 +1,6 @@
+mod answers;
+mod description;
+
 use keepout_kernel::Vector;
 
 use super::*;
@@ -6,6 +9,8 @@ use crate::supervisor::Report;
 
 const NSK: &str = include_str!("../../../dialects/nsk-style.toml");
 const TANGO: &str = include_str!("../../../dialects/tango.toml");
+const OK_STYLE: &str = include_str!("../../../sim/tests/described/ok-style.toml");
+const THREE_AXES: &str = include_str!("../../../sim/tests/described/three-axes.toml");
 
 fn dialect(text: &str) -> Described {
     let offset = Vector { dx: -20_000_000, dy: -20_000_000 };
@@ -207,8 +212,6 @@ fn decode_is_total() {
         crate::dialect::testing::decode_is_total(|| Box::new(dialect(text)), alphabet);
     }
 }
-
-const OK_STYLE: &str = include_str!("../../../sim/tests/described/ok-style.toml");
 
 /// A quarter circle, counter-clockwise about the origin.
 fn quarter() -> Command {

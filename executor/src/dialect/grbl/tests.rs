@@ -1,5 +1,9 @@
 //! Tests of the GRBL dialect against lines of the firmware.
 
+mod inspection;
+mod lines;
+mod settings;
+
 use keepout_kernel::Vector;
 
 use super::*;

@@ -136,3 +136,60 @@ fn position_of_three_numbers_shows_a_reset() {
 fn decode_is_total() {
     crate::dialect::testing::decode_is_total(|| Box::new(dialect()), b"0123 456.789-0 \r\n\n\xff\x00e");
 }
+
+#[test]
+fn every_error_has_its_meaning() {
+    for (number, is_known) in
+        [(1001, true), (1002, true), (1003, true), (1004, true), (1008, true), (1009, true), (1005, false)]
+    {
+        assert_eq!(!error_text(number).is_empty(), is_known, "{number}");
+    }
+    assert!(error_text(1004).contains("unknown") && error_text(1003).contains("travel"));
+}
+
+#[test]
+fn speed_has_three_decimals() {
+    let mut venus = dialect();
+    // 754 mm/min: 12.566… mm/s, rounded down.
+    for (feed, speed) in [(754, "12.566 setvel"), (7, "0.116 setvel"), (3_000, "50.000 setvel")] {
+        let line = encoded(&mut venus, &jog_to(0, 0, feed));
+        assert!(line.starts_with(speed), "{line}");
+        hear(&mut venus, "1\r\n");
+    }
+}
+
+#[test]
+fn refused_figure_is_named() {
+    let mut venus = dialect();
+    encoded(&mut venus, &Command::Prepare);
+    hear(&mut venus, "0\r\n3\r\n");
+    let mut slow = venus.clone();
+    let unfit = |replies: Vec<Reply>| match replies[..] {
+        [Reply::Unfit(unfit)] => unfit.name,
+        ref other => panic!("{other:?}"),
+    };
+    assert_eq!(unfit(hear(&mut slow, "0.0\r\n").0), "velocity");
+    assert_eq!(unfit(hear(&mut venus, "100.0\r\n0.0\r\n").0), "acceleration");
+}
+
+#[test]
+fn contour_ends_within_three_steps() {
+    // Three of 400 steps per mm are 7.5 µm.
+    for (place, accepted) in [("-199.9926 0.005", true), ("-200 0.0124", true), ("-199.9924 0.005", false)] {
+        let mut venus = dialect();
+        encoded(&mut venus, &contour_to(0, 0, 600));
+        let (replies, _) = hear(&mut venus, &format!("0\r\n{place}\r\n"));
+        assert_eq!(replies == [Reply::Accepted], accepted, "{place}: {replies:?}");
+    }
+}
+
+#[test]
+fn reset_forgets_unit_and_exchanges() {
+    let mut venus = dialect();
+    encoded(&mut venus, &contour_to(0, 0, 600));
+    hear(&mut venus, "0\r\n-2");
+    venus.reset();
+    assert_eq!(encoded(&mut venus, &Command::Query), "st p ", "nothing is unanswered");
+    let report = Report { mode: Mode::Idle, position: None, queued: None, waiting: None };
+    assert_eq!(hear(&mut venus, "0\r\n-200 0\r\n").0, [Reply::Report(report)], "the unit is not known");
+}

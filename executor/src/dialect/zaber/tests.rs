@@ -187,3 +187,145 @@ fn nothing_moves_after_a_reset_until_the_zero_is_read_again() {
     let report = Report { mode: Mode::Idle, position: None, queued: None, waiting: None };
     assert_eq!(replies, [Reply::Report(report)]);
 }
+
+#[test]
+fn every_flag_and_reason_has_its_meaning() {
+    for (warning, code) in [
+        ("FS", 1),
+        ("FE", 2),
+        ("FQ", 3),
+        ("FD", 4),
+        ("FB", 5),
+        ("FO", 6),
+        ("FP", 6),
+        ("WR", 7),
+        ("WH", 7),
+        ("WL", 8),
+        ("FX", 0),
+        ("F", 0),
+    ] {
+        let Reply::Alarm { code: found, meaning } = alarm(warning) else { panic!("{warning}") };
+        assert_eq!((found, meaning.is_empty()), (code, code == 0), "{warning}");
+    }
+    for (reason, code) in [
+        ("AGAIN", 1),
+        ("BADAXIS", 2),
+        ("BADCOMMAND", 3),
+        ("BADDATA", 4),
+        ("STATUSBUSY", 5),
+        ("FULL", 6),
+        ("NOACCESS", 7),
+        ("PARKED", 8),
+        ("ODD", 0),
+    ] {
+        let (found, meaning) = refusal(reason);
+        assert_eq!((found, meaning.is_empty()), (code, code == 0), "{reason}");
+    }
+}
+
+#[test]
+fn answers_of_another_form_are_garbled() {
+    for (answer, fits) in [
+        ("@01 0 01 OK IDLE -- 100000 148002", true),
+        ("@01 0 01 OX IDLE -- 100000 148002", false),
+        ("@01 0 01 OK IDEL -- 100000 148002", false),
+        ("@02 0 01 OK IDLE -- 100000 148002", false),
+        ("@01 0 0x OK IDLE -- 100000 148002", false),
+    ] {
+        let mut zaber = ready();
+        encoded(&mut zaber, &Command::Query);
+        let (replies, _) = hear(&mut zaber, answer);
+        let told = matches!(replies[..], [Reply::Report(_)]);
+        assert!(told == fits && told != matches!(replies[..], [Reply::Garbled(_)]), "{answer}: {replies:?}");
+    }
+}
+
+#[test]
+fn alerts_count_where_they_warn_of_a_fault() {
+    let mut zaber = ready();
+    assert_eq!(hear(&mut zaber, "!01 1 IDLE --").0, []);
+    assert!(matches!(hear(&mut zaber, "!01 1 IDLE FE").0[..], [Reply::Alarm { code: 2, .. }]));
+}
+
+#[test]
+fn third_axis_has_a_zero_and_a_stream_of_its_own() {
+    let z = super::super::DialectZ {
+        zero: Height::from_units(-1_000_000).unwrap(),
+        steps_per_mm: 1000.0,
+        travel_mm: Some(100.0),
+    };
+    let mut zaber = Zaber::new(DialectConfig { z: Some(z), ..dialect().setting });
+    encoded(&mut zaber, &Command::Prepare);
+    hear(&mut zaber, "@01 0 01 OK IDLE -- 0 0 0");
+    assert!(hear(&mut zaber, "@01 0 02 OK IDLE -- 160000 140000 100000").1.contains("get maxspeed"));
+    hear(&mut zaber, "@01 0 03 OK IDLE -- 131072 65536 65536");
+    assert!(matches!(hear(&mut zaber, "@01 0 04 OK IDLE -- 98 66 66").0[..], [Reply::Prepared(_)]));
+    encoded(&mut zaber, &Command::Arm);
+    assert!(hear(&mut zaber, "@01 0 05 OK IDLE -- 0").1.contains("stream 1 setup live 1 2 3:"));
+    hear(&mut zaber, "@01 0 06 OK IDLE -- 0");
+    encoded(&mut zaber, &jog_to(0, 0, 600));
+    // 10 mm below the machine's zero: 100 000 − 10 000 steps.
+    let (_, line) = hear(&mut zaber, "@01 0 07 OK IDLE -- 0");
+    assert!(line.contains("stream 1 line abs 80000 140002 90000:"), "{line}");
+}
+
+#[test]
+fn limits_are_those_of_the_slower_axis_and_above_zero() {
+    let set_up = |speeds: &str, accelerations: &str| {
+        let mut zaber = dialect();
+        encoded(&mut zaber, &Command::Prepare);
+        hear(&mut zaber, "@01 0 01 OK IDLE -- 0");
+        hear(&mut zaber, "@01 0 02 OK IDLE -- 160000 140000");
+        hear(&mut zaber, &format!("@01 0 03 OK IDLE -- {speeds}"));
+        hear(&mut zaber, &format!("@01 0 04 OK IDLE -- {accelerations}")).0
+    };
+    // Speeds in microsteps/s × 1.6384, accelerations in microsteps/s² × 1.6384 / 10 000; 400 microsteps per mm.
+    let [Reply::Prepared(limits)] = set_up("131072 65536", "98 66")[..] else { panic!() };
+    let off = |value: f64, expected: f64| (value / expected - 1.0).abs();
+    assert!(off(limits.speed_mm_s, 65_536.0 / 1.6384 / 400.0) < 1e-9, "{limits:?}");
+    assert!(off(limits.acceleration_mm_s2, 66.0 * 10_000.0 / 1.6384 / 400.0) < 1e-9, "{limits:?}");
+    assert!(off(limits.quicker_mm_s2, 98.0 * 10_000.0 / 1.6384 / 400.0) < 1e-9, "{limits:?}");
+    for (speeds, accelerations) in [("0 65536", "98 66"), ("131072 65536", "98 0"), ("0 0", "0 0")] {
+        assert!(matches!(set_up(speeds, accelerations)[..], [Reply::Unfit(_)]), "{speeds}, {accelerations}");
+    }
+}
+
+#[test]
+fn contour_is_accepted_three_millimetres_before_its_end() {
+    for (left, accepted) in [(1201, false), (1200, true)] {
+        let mut zaber = ready();
+        zaber.feed_mm_min = 600;
+        encoded(&mut zaber, &contour_to(0, 0, 600));
+        assert!(hear(&mut zaber, "@01 0 01 OK BUSY -- 0").1.contains("get pos"));
+        let (replies, sent) = hear(&mut zaber, &format!("@01 0 02 OK BUSY -- {} {}", 80_000 - left, 140_002));
+        assert_eq!(replies == [Reply::Accepted], accepted, "{left}");
+        assert_eq!(sent.contains("get pos"), !accepted, "{left}");
+    }
+}
+
+#[test]
+fn refused_set_up_and_failed_homing_are_told() {
+    let mut zaber = dialect();
+    encoded(&mut zaber, &Command::Prepare);
+    let (replies, _) = hear(&mut zaber, "@01 0 01 RJ IDLE -- BADCOMMAND");
+    assert!(matches!(replies[..], [Reply::Unfit(Unfit { name: "comm.checksum", .. })]), "{replies:?}");
+    let mut zaber = ready();
+    encoded(&mut zaber, &Command::Home);
+    assert!(hear(&mut zaber, "@01 0 01 OK BUSY -- 0").1.contains("get pos"));
+    let (replies, _) = hear(&mut zaber, "@01 0 02 OK IDLE WR 0 0");
+    assert!(matches!(replies[..], [Reply::Alarm { code: 7, .. }]), "{replies:?}");
+}
+
+#[test]
+fn query_in_vain_is_given_up() {
+    let mut zaber = ready();
+    assert!(encoded(&mut zaber, &Command::Query).contains("get pos"));
+    assert_eq!(encoded(&mut zaber, &Command::Query), "", "it is unanswered");
+    assert!(encoded(&mut zaber, &Command::Query).contains("get pos"), "it counts as lost");
+    // Another line that is unanswered is no query.
+    let mut zaber = ready();
+    encoded(&mut zaber, &Command::Home);
+    assert_eq!(encoded(&mut zaber, &Command::Query), "", "it waits");
+    assert_eq!(encoded(&mut zaber, &Command::Query), "", "a second one does not wait behind it");
+    assert_eq!(zaber.exchanges.open().map(|asked| asked.what), Some(What::Home));
+}
