@@ -16,8 +16,6 @@ const PRODUCT: [&str; 3] = ["kernel/src", "planner", "executor"];
 const TESTS: [&str; 5] = ["kernel/tests", "tests/src", "tests/tests", "proofs/tests", "fuzz/tests"];
 /// The list of fuzz targets.
 const FUZZ: &str = "fuzz/src/lib.rs";
-/// The evidence that no fault made fail yet.
-const NOT_SHOWN: &str = "proofs/not-shown-to-fail.txt";
 /// The program of the hostile simulation.
 const HOSTILE: &str = "tests/src/bin/hostile/main.rs";
 
@@ -37,7 +35,6 @@ pub fn read(root: &Path) -> io::Result<SafetyTrace> {
         mechanisms: product.iter().flat_map(mechanisms).collect(),
         faults: faults::catalogue()?.iter().map(|fault| traced(fault, &rows, &evidence)).collect(),
         evidence,
-        not_shown: fs::read_to_string(root.join(NOT_SHOWN))?.lines().map(String::from).collect(),
     })
 }
 

@@ -64,9 +64,6 @@ pub enum TraceGap {
         /// Its file.
         file: PathBuf,
     },
-    /// Evidence of the list of those that were not shown to fail, which has failed or is gone.
-    #[error("proofs/not-shown-to-fail.txt: \"{0}\" was shown to fail, or is gone: remove the line")]
-    IsShown(String),
     /// A fault that nobody noticed.
     #[error("\"{0}\": no engine noticed this fault: run `keepout-proofs faults --left`")]
     Unnoticed(String),
@@ -90,17 +87,10 @@ pub fn all(trace: &SafetyTrace) -> Vec<TraceGap> {
         let (name, file) = (evidence.name.clone(), evidence.file.clone());
         if evidence.requirements.is_empty() {
             gaps.push(TraceGap::NoRequirement { name, file });
-        } else if evidence.runs_code {
-            let failed = trace.noticed_by(evidence).next().is_some();
-            match (failed, trace.not_shown.contains(&evidence.key())) {
-                (false, false) => gaps.push(TraceGap::CannotFail { name, file }),
-                (true, true) => gaps.push(TraceGap::IsShown(evidence.key())),
-                _ => {}
-            }
+        } else if evidence.runs_code && trace.noticed_by(evidence).next().is_none() {
+            gaps.push(TraceGap::CannotFail { name, file });
         }
     }
-    let known = |key: &String| trace.evidence.iter().any(|each| each.key() == *key);
-    gaps.extend(trace.not_shown.iter().filter(|key| !known(key)).cloned().map(TraceGap::IsShown));
     for fault in &trace.faults {
         if !fault.settled {
             gaps.push(TraceGap::Unnoticed(fault.name.clone()));

@@ -100,14 +100,6 @@ pub struct TracedEvidence {
     pub runs_code: bool,
 }
 
-impl TracedEvidence {
-    /// Its kind and name, as the list of evidence that was not shown to fail has them.
-    #[must_use]
-    pub fn key(&self) -> String {
-        format!("{}: {}", self.kind.plural(), self.name)
-    }
-}
-
 /// Code that implements requirements.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Mechanism {
@@ -149,8 +141,6 @@ pub struct SafetyTrace {
     pub evidence: Vec<TracedEvidence>,
     /// The faults.
     pub faults: Vec<TracedFault>,
-    /// The [keys](TracedEvidence::key) of evidence that no fault made fail yet: a list that only shrinks.
-    pub not_shown: Vec<String>,
 }
 
 impl SafetyTrace {

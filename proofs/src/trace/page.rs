@@ -42,14 +42,11 @@ fn write_trace(text: &mut String, trace: &SafetyTrace) -> Result {
         "# The trace\n\n`cargo run --release -p keepout-proofs -- trace` writes this page from the comments of \
          the code, from\n[hazards](hazards.md), [requirements](requirements.md) and [assumptions](assumptions.md), \
          and from the results of the\nseeded faults. CI fails when a requirement has no running evidence, when \
-         evidence belongs to no requirement, when\nnobody notices a fault, or when no fault can make a test fail. \
-         `proofs/not-shown-to-fail.txt` lists older evidence for\nwhich that has not been tried: {} pieces. It may \
-         only shrink.\n\n\
+         evidence belongs to no requirement, when\nnobody notices a fault, or when no fault can make a test fail.\n\n\
          {} requirements, {} pieces of evidence ({running} of them run code of the product), {} seeded faults. The \
          last column\nof the second table in each section names the faults that a piece of evidence noticed, in a \
          copy of the code.\n\n\
          | requirement | hazards | code | evidence | seeded faults |\n|---|---|---|---|---|",
-        trace.not_shown.len(),
         trace.statements.requirements.len(),
         trace.evidence.len(),
         trace.faults.len(),
@@ -126,9 +123,7 @@ fn write_code<'a>(text: &mut String, mechanisms: impl Iterator<Item = &'a Mechan
 }
 
 fn write_evidence(text: &mut String, trace: &SafetyTrace, evidence: &TracedEvidence) -> Result {
-    let noticed = if trace.not_shown.contains(&evidence.key()) {
-        "not tried yet".into()
-    } else if evidence.runs_code {
+    let noticed = if evidence.runs_code {
         some(trace.noticed_by(evidence).map(|fault| fault.name.as_str()), 2)
     } else {
         "runs no code: the reason for what others test".into()
