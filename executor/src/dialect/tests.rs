@@ -74,6 +74,7 @@ fn blank_lines_have_spaces_only() {
 #[test]
 fn counts_per_mm_are_a_ratio_above_zero() {
     assert_eq!(Scale::per_mm(36.5), Scale::ratio(36_500_000, 1_000_000));
+    assert!(Scale::per_mm(1_000_000.0).is_some() && Scale::per_mm(1_000_000.000_000_3).is_none());
     for (counts, mm, fits) in [
         (1, 1, true),
         (1_000_000_000_000, 1_000_000_000_000, true),

@@ -155,3 +155,13 @@ fn echoes_of_a_line_and_of_many_stops_are_expected() {
     }
     assert_eq!(encoded(&mut nsk, &Command::Query), "TS\r");
 }
+
+#[test]
+fn echo_of_a_stop_within_an_answer_is_taken_out() {
+    let mut nsk = dialect(NSK);
+    encoded(&mut nsk, &Command::Query);
+    hear(&mut nsk, "TS\r\n 1");
+    assert_eq!(encoded(&mut nsk, &Command::EndHoming), "MS\r");
+    assert_eq!(hear(&mut nsk, "MS\r\r\n:"), (vec![], String::new()), "the state is still read");
+    assert_eq!(hear(&mut nsk, ":").1, "TP\r", "after the answer to the stop");
+}
