@@ -295,7 +295,10 @@ class Panel {
       if (session.fault) detail = session.fault;
       else if (this.notice && performance.now() < this.notice.until) detail = this.notice.text;
     }
-    if (this.message && performance.now() < this.message.until) detail = this.message.text;
+    if (this.message && performance.now() < this.message.until) {
+      // A fault keeps its cause and remedy on the screen.
+      detail = session?.fault ? `${session.fault} · ${this.message.text}` : this.message.text;
+    }
     at("headline").textContent = headline;
     at("detail").textContent = detail;
     at("state").className = tone;

@@ -255,7 +255,8 @@ pub(crate) fn contour_of_the_pocket(tab: &mut Tab<'_>) {
     }
 }
 
-/// Presses until an expression is true. The page lets go of a control that it builds again, so a person presses again.
+/// Presses until an expression is true. The page lets go of a control that it builds again, and drops a touch that
+/// arrives late, so a person presses again.
 fn presses(tab: &mut Tab<'_>, until: &str, press: impl Fn(&mut Tab<'_>)) {
     for _ in 0..8 {
         press(tab);
@@ -296,12 +297,10 @@ pub(crate) fn c06_reload_within_a_contour_shows_the_truth() {
     let off = format!("Math.abs({shown} - panel.state.session.left_s) < 8");
     tab.wait(&off);
     let before = tab.value("panel.state.session.left_s").as_f64().unwrap();
-    tab.tap("25 %");
-    tab.wait("panel.state.session.feed_percent === 25");
+    presses(&mut tab, "panel.state.session.feed_percent === 25", |tab| tab.tap("25 %"));
     tab.wait(&format!("panel.state.session.left_s > {}", 1.8 * before));
     tab.wait(&off);
-    tab.tap("100 %");
-    tab.wait("panel.state.session.feed_percent === 100");
+    presses(&mut tab, "panel.state.session.feed_percent === 100", |tab| tab.tap("100 %"));
     tab.picture("reloaded");
     tab.tap("FEED HOLD");
     tab.wait("panel.state.session.phase === 'holding'");
