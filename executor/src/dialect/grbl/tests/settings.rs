@@ -51,6 +51,10 @@ fn rates_of_nothing_are_not_known() {
     let known = limits([Some(0.0), Some(600.0)], [Some(50.0), Some(0.0)]);
     assert!((known.speed_mm_s - 10.0).abs() < 1e-9 && (known.acceleration_mm_s2 - 50.0).abs() < 1e-9);
     assert!(limits([None, Some(0.0)], [None; 2]).speed_mm_s.is_infinite());
+    // The lesser rate is that of x, the lesser acceleration that of y.
+    let known = settings(&[(110, 600.0), (111, 1200.0), (120, 90.0), (121, 50.0)]).limits();
+    assert!((known.speed_mm_s - 10.0).abs() < 1e-9 && (known.acceleration_mm_s2 - 50.0).abs() < 1e-9);
+    assert!((known.quicker_mm_s2 - 90.0).abs() < 1e-9);
 }
 
 #[test]
