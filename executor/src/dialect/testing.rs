@@ -1,30 +1,47 @@
 //! Helpers for the tests of several dialects.
 
 use keepout_guard::{ContourMotion, Guard, guard_in_open_space};
-use keepout_kernel::{Curve, Point, Segment};
+use keepout_kernel::{Curve, Height, Place, Point, Segment};
 
 use super::Dialect;
 use crate::supervisor::Command;
 
 /// A jog to a target in lattice units.
 pub(crate) fn jog_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
-    let mut guard = at_origin();
+    let mut guard = at(Point::ORIGIN.in_plane());
     Command::Move(guard.jog(Point::from_units(x, y).unwrap().in_plane(), feed_mm_min).unwrap())
 }
 
 /// A straight contour motion from the origin to a target in lattice units.
 pub(crate) fn contour_to(x: i64, y: i64, feed_mm_min: u32) -> Command {
     let line = Segment { from: Point::ORIGIN, to: Point::from_units(x, y).unwrap() };
-    let mut guard = at_origin();
-    guard.begin_contour(vec![ContourMotion::in_plane(Curve::Line(line), feed_mm_min)]).unwrap();
+    contour_of(ContourMotion::in_plane(Curve::Line(line), feed_mm_min))
+}
+
+/// A contour of one motion.
+pub(super) fn contour_of(motion: ContourMotion) -> Command {
+    let mut guard = at(motion.from());
+    guard.begin_contour(vec![motion]).unwrap();
     guard.certify_contour(1).unwrap();
     Command::Move(guard.next_of_contour().unwrap())
 }
 
-fn at_origin() -> Guard {
+fn at(place: Place) -> Guard {
     let mut guard = guard_in_open_space().unwrap();
-    guard.locate(Point::ORIGIN.in_plane()).unwrap();
+    guard.locate(place).unwrap();
     guard
+}
+
+/// A place in lattice units.
+pub(super) fn place(x: i64, y: i64, z: i64) -> Place {
+    Point::from_units(x, y).unwrap().at_height(Height::from_units(z).unwrap())
+}
+
+/// The text of a command.
+pub(super) fn encoded(dialect: &mut impl Dialect, command: &Command) -> String {
+    let mut out = Vec::new();
+    dialect.encode(command, &mut out).unwrap();
+    String::from_utf8(out).unwrap()
 }
 
 /// Random bytes and commands give some replies and bounded output.

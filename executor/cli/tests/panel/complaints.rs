@@ -259,9 +259,9 @@ pub(crate) fn contour_of_the_pocket(tab: &mut Tab<'_>) {
 fn presses(tab: &mut Tab<'_>, until: &str, press: impl Fn(&mut Tab<'_>)) {
     for _ in 0..8 {
         press(tab);
-        let comes = comes(tab, until);
+        let came = comes(tab, until);
         tab.lift();
-        if comes {
+        if came {
             return;
         }
     }

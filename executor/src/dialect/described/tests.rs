@@ -4,7 +4,7 @@ mod description;
 use keepout_kernel::Vector;
 
 use super::*;
-use crate::dialect::testing::{contour_to, jog_to};
+use crate::dialect::testing::{contour_of, contour_to, encoded, jog_to};
 use crate::supervisor::Report;
 
 const NSK: &str = include_str!("../../../dialects/nsk-style.toml");
@@ -32,12 +32,6 @@ fn hear(dialect: &mut Described, text: &str) -> (Vec<Reply>, String) {
     let mut out = Vec::new();
     let replies = text.bytes().filter_map(|byte| dialect.decode(byte, &mut out)).collect();
     (replies, String::from_utf8(out).unwrap())
-}
-
-fn encoded(dialect: &mut Described, command: &Command) -> String {
-    let mut out = Vec::new();
-    dialect.encode(command, &mut out).unwrap();
-    String::from_utf8(out).unwrap()
 }
 
 #[test]
@@ -217,11 +211,7 @@ fn decode_is_total() {
 fn quarter() -> Command {
     let [from, to] = [(1_000_000, 0), (0, 1_000_000)].map(|(x, y)| Point::from_units(x, y).unwrap());
     let arc = keepout_kernel::Arc::new(from, to, Point::ORIGIN, Turn::CounterClockwise).unwrap();
-    let mut guard = keepout_guard::guard_in_open_space().unwrap();
-    guard.locate(from.in_plane()).unwrap();
-    guard.begin_contour(vec![keepout_guard::ContourMotion::in_plane(Curve::Arc(arc), 600)]).unwrap();
-    guard.certify_contour(1).unwrap();
-    Command::Move(guard.next_of_contour().unwrap())
+    contour_of(keepout_guard::ContourMotion::in_plane(Curve::Arc(arc), 600))
 }
 
 // Evidence for SR-17.

@@ -1,7 +1,7 @@
 use keepout_kernel::Vector;
 
 use super::*;
-use crate::dialect::testing::{contour_to, jog_to};
+use crate::dialect::testing::{contour_to, encoded, jog_to};
 
 fn dialect() -> Venus {
     let offset = Vector { dx: -20_000_000, dy: 500 };
@@ -21,12 +21,6 @@ fn hear(venus: &mut Venus, text: &str) -> (Vec<Reply>, String) {
     let mut out = Vec::new();
     let replies = text.bytes().filter_map(|byte| venus.decode(byte, &mut out)).collect();
     (replies, String::from_utf8(out).unwrap())
-}
-
-fn encoded(venus: &mut Venus, command: &Command) -> String {
-    let mut out = Vec::new();
-    venus.encode(command, &mut out).unwrap();
-    String::from_utf8(out).unwrap()
 }
 
 #[test]

@@ -2,7 +2,7 @@ use keepout_kernel::Vector;
 
 use super::wire::checksum;
 use super::*;
-use crate::dialect::testing::{contour_to, jog_to};
+use crate::dialect::testing::{contour_to, encoded, jog_to};
 
 fn dialect() -> Zaber {
     let offset = Vector { dx: -20_000_000, dy: 500 };
@@ -28,12 +28,6 @@ fn hear(zaber: &mut Zaber, message: &str) -> (Vec<Reply>, String) {
     let mut out = Vec::new();
     let replies = line.bytes().filter_map(|byte| zaber.decode(byte, &mut out)).collect();
     (replies, String::from_utf8(out).unwrap())
-}
-
-fn encoded(zaber: &mut Zaber, command: &Command) -> String {
-    let mut out = Vec::new();
-    zaber.encode(command, &mut out).unwrap();
-    String::from_utf8(out).unwrap()
 }
 
 #[test]

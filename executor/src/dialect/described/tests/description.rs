@@ -2,7 +2,8 @@
 
 use super::super::template::Template;
 use super::super::*;
-use super::{NSK, OK_STYLE, TANGO, THREE_AXES, dialect, encoded, hear};
+use super::{NSK, OK_STYLE, TANGO, THREE_AXES, dialect, hear};
+use crate::dialect::testing::encoded;
 
 /// The key that a description is rejected for.
 fn rejected(text: &str) -> Option<String> {

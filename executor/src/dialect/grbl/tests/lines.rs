@@ -1,21 +1,17 @@
 //! Lines to the controller and from it, one by one.
 
-use keepout_guard::{ContourMotion, guard_in_open_space};
+use keepout_guard::ContourMotion;
 use keepout_kernel::{Arc, Curve, Height, Point, Segment, Turn, Vector};
 
 use super::super::meaning::{alarm_text, error_text, mode};
 use super::super::*;
 use super::{dialect, hear, ready};
 use crate::dialect::DialectZ;
-use crate::dialect::testing::jog_to;
+use crate::dialect::testing::{contour_of, encoded, jog_to, place};
 use crate::supervisor::Mode;
 
-fn point(x: i64, y: i64) -> Point {
-    Point::from_units(x, y).unwrap()
-}
-
 fn height(units: i64) -> Height {
-    Height::from_units(units).unwrap()
+    place(0, 0, units).height
 }
 
 /// A machine with three axes, with its work coordinates turned to those of the drawing by offsets.
@@ -23,35 +19,24 @@ fn three_axes() -> Grbl {
     let mut grbl = ready();
     let z = DialectZ { zero: height(-1_000_000), steps_per_mm: 400.0, travel_mm: None };
     grbl.setting = DialectConfig { z: Some(z), offset: Vector { dx: 0, dy: 0 }, ..grbl.setting };
-    grbl.work_offset = Some(point(100_000, 200_000).at_height(height(-3_000_000)));
+    grbl.work_offset = Some(place(100_000, 200_000, -3_000_000));
     grbl
 }
 
 /// A motion of a contour from the origin, which rises by `rise` units.
 fn contour(curve: Curve, rise: i64, feed_mm_min: u32) -> Command {
-    let motion = ContourMotion { curve, heights: [Height::ZERO, height(rise)], feed_mm_min };
-    let mut guard = guard_in_open_space().unwrap();
-    guard.locate(Point::ORIGIN.in_plane()).unwrap();
-    guard.begin_contour(vec![motion]).unwrap();
-    guard.certify_contour(1).unwrap();
-    Command::Move(guard.next_of_contour().unwrap())
+    contour_of(ContourMotion { curve, heights: [Height::ZERO, height(rise)], feed_mm_min })
 }
 
 fn line_to(x: i64, y: i64) -> Curve {
-    Curve::Line(Segment { from: Point::ORIGIN, to: point(x, y) })
+    Curve::Line(Segment { from: Point::ORIGIN, to: place(x, y, 0).point })
 }
 
 /// A quarter turn from the origin.
 fn quarter(turn: Turn) -> Curve {
     let side = if turn == Turn::CounterClockwise { 1 } else { -1 };
-    let (to, centre) = (point(1_234_567, side * 1_234_567), point(0, side * 1_234_567));
+    let (to, centre) = (place(1_234_567, side * 1_234_567, 0).point, place(0, side * 1_234_567, 0).point);
     Curve::Arc(Arc::new(Point::ORIGIN, to, centre, turn).unwrap())
-}
-
-fn sent(grbl: &mut Grbl, command: &Command) -> String {
-    let mut out = Vec::new();
-    grbl.encode(command, &mut out).unwrap();
-    String::from_utf8(out).unwrap()
 }
 
 #[test]
@@ -65,11 +50,11 @@ fn contours_state_direction_and_height() {
         (quarter(Turn::Clockwise), -50_000, "G2G17G21G54G90G94X11.34567Y-14.34567Z19.5R12.34567F600\n"),
     ] {
         let command = contour(curve, rise, 600);
-        assert_eq!(sent(&mut grbl, &command), line);
+        assert_eq!(encoded(&mut grbl, &command), line);
         let Command::Move(certified) = &command else { unreachable!() };
         assert_eq!(grbl.motion_text(certified.motion()).unwrap(), line.as_bytes(), "as it stands in a log");
     }
-    assert_eq!(sent(&mut grbl, &jog_to(500_000, 0, 600)), "$J=G53G90G21X5Y0Z-10F600\n");
+    assert_eq!(encoded(&mut grbl, &jog_to(500_000, 0, 600)), "$J=G53G90G21X5Y0Z-10F600\n");
 }
 
 #[test]
@@ -81,7 +66,7 @@ fn lines_may_have_63_bytes() {
         // What waits in the buffer before the line does not count.
         let mut out = vec![b'?'; 40];
         let expected = if bytes <= 63 { Ok(()) } else { Err(EncodeError::LineTooLong { bytes }) };
-        grbl.work_offset = Some(point(100_000, -1_200_000).at_height(height(-3_000_000)));
+        grbl.work_offset = Some(place(100_000, -1_200_000, -3_000_000));
         assert_eq!(grbl.encode(&command, &mut out), expected, "{}", String::from_utf8_lossy(&out));
         assert_eq!(out.len(), 40 + if bytes <= 63 { bytes } else { 0 });
     }
@@ -93,15 +78,15 @@ fn heights_are_turned_with_the_place() {
     grbl.stage = Stage::Prepared;
     let (replies, _) = hear(&mut grbl, b"<Idle|MPos:1.000,2.000,-7.000|Bf:15,128>\r\n");
     let [Reply::Report(report)] = replies[..] else { panic!("{replies:?}") };
-    assert_eq!(report.position, Some(point(100_000, 200_000).at_height(height(300_000))));
+    assert_eq!(report.position, Some(place(100_000, 200_000, 300_000)));
 }
 
 #[test]
 fn spindle_is_switched_where_the_machine_has_a_speed() {
     let mut grbl = ready();
-    assert_eq!(sent(&mut grbl, &Command::Spindle { runs: true }), "M3S10000\n");
+    assert_eq!(encoded(&mut grbl, &Command::Spindle { runs: true }), "M3S10000\n");
     assert_eq!(hear(&mut grbl, b"ok\r\nok\r\n").0, [Reply::SpindleSwitched, Reply::Accepted]);
-    assert_eq!(sent(&mut grbl, &Command::Spindle { runs: false }), "M5\n");
+    assert_eq!(encoded(&mut grbl, &Command::Spindle { runs: false }), "M5\n");
     let mut out = Vec::new();
     grbl.setting.spindle_rpm = None;
     assert_eq!(grbl.encode(&Command::Spindle { runs: true }, &mut out), Err(EncodeError::NoSpindle));
@@ -111,10 +96,10 @@ fn spindle_is_switched_where_the_machine_has_a_speed() {
 #[test]
 fn arming_ends_with_its_third_answer_and_grblhal_cancels_scaling() {
     let mut grbl = dialect();
-    assert!(!sent(&mut grbl, &Command::Arm).contains("G50"));
+    assert!(!encoded(&mut grbl, &Command::Arm).contains("G50"));
     assert_eq!(hear(&mut grbl, b"ok\r\nok\r\n").0, []);
     assert_eq!(hear(&mut grbl, b"ok\r\nok\r\n").0, [Reply::Armed, Reply::Accepted]);
-    assert!(sent(&mut Grbl::hal(grbl.setting), &Command::Arm).contains("G50"));
+    assert!(encoded(&mut Grbl::hal(grbl.setting), &Command::Arm).contains("G50"));
 }
 
 #[test]
