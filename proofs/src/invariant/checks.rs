@@ -12,11 +12,8 @@ use crate::properties::{Xy, Xyz};
 use crate::square::{MANUAL, approaches, certified, height, off_box, off_hull, place, plain};
 
 impl<M: ControllerModel> Node<M> {
-    /// The condition that this state violates, after the tool moved along `way`.
-    pub(super) fn fault(&self, world: &World, levels: &Levels, way: &[Xyz]) -> Option<String> {
-        if self.ended && world.trouble == Trouble::default() {
-            return Some("the session ended in a world without faults".into());
-        }
+    /// The condition that the tool's path to this state violates.
+    pub(super) fn fault_of_path(&self, world: &World, levels: &Levels, way: &[Xyz]) -> Option<String> {
         for pair in way.windows(2) {
             let [from, to] = [place(pair[0]), place(pair[1])];
             let part = levels.at(from.height.min(to.height));
@@ -29,6 +26,14 @@ impl<M: ControllerModel> Node<M> {
                 return Some(format!("the tool comes too near the part: {pair:?}"));
             }
         }
+        None
+    }
+
+    /// The condition that this state violates. It depends on nothing but the state, which [`Key`](super::Key) holds.
+    pub(super) fn fault(&self, world: &World, levels: &Levels) -> Option<String> {
+        if self.ended && world.trouble == Trouble::default() {
+            return Some("the session ended in a world without faults".into());
+        }
         if self.guard.contour_progress().is_some() {
             return self.off_the_contour();
         }
@@ -36,7 +41,7 @@ impl<M: ControllerModel> Node<M> {
     }
 
     /// Whether the set is clear, and holds the tool and every target.
-    pub(super) fn off_the_set(&self, world: &World, levels: &Levels) -> Option<String> {
+    fn off_the_set(&self, world: &World, levels: &Levels) -> Option<String> {
         let set: Vec<Xy> = self.guard.in_flight().map(plain).collect();
         let lowest = i64::from(self.guard.lowest()?.units());
         let stray = i64::from(self.guard.stray().units());
@@ -64,7 +69,7 @@ impl<M: ControllerModel> Node<M> {
         other.map(|to| format!("the target {to:?} is outside the set {set:?} at {lowest}"))
     }
 
-    pub(super) fn off_the_contour(&self) -> Option<String> {
+    fn off_the_contour(&self) -> Option<String> {
         let (x, y, z) = self.plant.tool();
         let (point, z) = (at((x, y)), height(z));
         let on = self.guard.contour_left().iter().any(|motion| {

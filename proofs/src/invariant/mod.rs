@@ -18,11 +18,10 @@
 //! more.
 
 mod checks;
+mod known;
 
-use std::collections::hash_map::RandomState;
-use std::collections::{HashSet, VecDeque};
+use std::collections::VecDeque;
 use std::fmt::Debug;
-use std::hash::BuildHasher;
 use std::sync::Arc;
 
 use keepout_guard::{
@@ -33,6 +32,7 @@ use keepout_kernel::{Curve, Levels, Segment};
 
 use crate::controller::{MachineModel, MotionModel, RESOLUTION, Trouble};
 use crate::families::length;
+use crate::invariant::known::{Found, Known};
 use crate::model::ControllerModel;
 use crate::properties::Xyz;
 use crate::square::{self, FINISHING, HEIGHT_MARGIN, MANUAL, height, place, plain_place};
@@ -165,8 +165,8 @@ impl World {
             budget: self.budget,
             ended: false,
         };
-        let seeds = [RandomState::new(), RandomState::new()];
-        let mut known = HashSet::from([first.key(&seeds)]);
+        let mut known = Known::default();
+        known.insert(&first.key(), most);
         let mut ways: Vec<(usize, Option<Step<M::Event>>)> = vec![(0, None)];
         let mut front = VecDeque::from([(0, 0, first)]);
         let mut explored = Explored { states: 1, steps: 0, depth: 0, complete: true, violation: None };
@@ -179,7 +179,11 @@ impl World {
                 let mut next = node.clone();
                 let Some(way) = next.takes(self, step) else { continue };
                 explored.steps += 1;
-                let fault = next.fault(self, &part, &way);
+                let found = known.insert(&next.key(), most);
+                let fault = next.fault_of_path(self, &part, &way);
+                // The rest depends on the state alone.
+                let fault =
+                    fault.or_else(|| if found == Found::Known { None } else { next.fault(self, &part) });
                 if let Some(fault) = fault {
                     let mut sequence = steps_to(&ways, number);
                     sequence.extend([format!("{step:?}"), fault]);
@@ -190,11 +194,13 @@ impl World {
                         ..explored
                     };
                 }
-                if known.len() >= most {
-                    explored.complete = false;
-                } else if known.insert(next.key(&seeds)) {
-                    ways.push((number, Some(step)));
-                    front.push_back((ways.len() - 1, depth + 1, next));
+                match found {
+                    Found::Known => {}
+                    Found::New => {
+                        ways.push((number, Some(step)));
+                        front.push_back((ways.len() - 1, depth + 1, next));
+                    }
+                    Found::BeyondLimit => explored.complete = false,
                 }
             }
         }
@@ -214,16 +220,9 @@ fn steps_to<E: Copy + Debug>(ways: &[(usize, Option<Step<E>>)], mut number: usiz
 }
 
 impl<M: ControllerModel> Node<M> {
-    fn key(&self, seeds: &[RandomState; 2]) -> (u64, u64) {
-        let key = Key(
-            self.guard.state(),
-            &self.plant,
-            &self.queries,
-            self.now,
-            self.budget,
-            [self.ended, self.inside],
-        );
-        (seeds[0].hash_one(&key), seeds[1].hash_one(&key))
+    fn key(&self) -> Key<'_, M> {
+        let Self { plant, queries, now, budget, ended, inside, .. } = self;
+        Key(self.guard.state(), plant, queries, *now, *budget, [*ended, *inside])
     }
 
     fn time(&self) -> Time {

@@ -15,6 +15,9 @@ pub struct ModelCheck {
     /// Only harnesses whose name or file contains this text.
     #[arg(default_value = "")]
     name: String,
+    /// Only harnesses that took at most so many seconds when results/model-check.tsv was written, and new ones.
+    #[arg(long, value_name = "SECONDS", conflicts_with = "write")]
+    within: Option<f64>,
     /// Seconds for one harness.
     #[arg(long, default_value_t = 120)]
     limit_s: u64,
@@ -42,15 +45,23 @@ impl ModelCheck {
         }
     }
 
+    fn chosen(&self) -> Vec<&'static ModelHarness> {
+        let (_, rows) = results::read();
+        let named =
+            |harness: &ModelHarness| harness.name.contains(&self.name) || harness.file.contains(&self.name);
+        let slower = |harness: &ModelHarness, limit: f64| {
+            rows.iter().any(|row| row.name == harness.name && row.seconds > limit)
+        };
+        let quick = |harness: &ModelHarness| self.within.is_none_or(|limit| !slower(harness, limit));
+        keepout_harnesses::all().into_iter().filter(|harness| named(harness) && quick(harness)).collect()
+    }
+
     fn try_run(&self) -> Result<bool, String> {
-        let chosen: Vec<&'static ModelHarness> = keepout_harnesses::all()
-            .into_iter()
-            .filter(|harness| harness.name.contains(&self.name) || harness.file.contains(&self.name))
-            .collect();
+        let chosen = self.chosen();
         if chosen.is_empty() {
             let asked = &self.name;
             return Err(format!(
-                "No harness has \"{asked}\" in its name or file. Run `model-check` to see them all."
+                "No harness with \"{asked}\" in its name or file is quick enough. Run `model-check` to see them all."
             ));
         }
         let tools = Tools::find(&workspace())?;
