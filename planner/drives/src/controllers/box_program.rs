@@ -23,10 +23,13 @@ impl<const M: usize> BoxProgram<M> {
     /// definite.
     #[must_use]
     pub fn solved(&self, start: &SVector<f64, M>) -> Option<SVector<f64, M>> {
+        let mut lower = self.hessian;
         let Some(limit) = self.limit else {
-            let solved = cholesky(&self.hessian)?;
-            return Some(solve(&solved, &-self.linear));
+            factor(&mut lower)?;
+            return Some(solve(&lower, &-self.linear));
         };
+        // The variables that were free when `lower` was factored.
+        let mut factored = None;
         let within = |u: SVector<f64, M>| u.map(|u| u.clamp(-limit, limit));
         let mut u = within(*start);
         let mut gradient = self.hessian * u + self.linear;
@@ -34,7 +37,13 @@ impl<const M: usize> BoxProgram<M> {
             let held =
                 |i: usize| (u[i] >= limit && gradient[i] < 0.0) || (u[i] <= -limit && gradient[i] > 0.0);
             let free: [bool; M] = std::array::from_fn(|i| !held(i));
-            let step = self.newton(&gradient, &free)?;
+            if factored != Some(free) {
+                self.hold(&free, &mut lower);
+                factor(&mut lower)?;
+                factored = Some(free);
+            }
+            let right = SVector::from_fn(|i, _| if free[i] { -gradient[i] } else { 0.0 });
+            let step = solve(&lower, &right);
             if step.amax() <= 1e-9 * limit {
                 break;
             }
@@ -62,23 +71,20 @@ impl<const M: usize> BoxProgram<M> {
         u.dot(&(self.hessian * u * 0.5 + self.linear))
     }
 
-    /// The Newton step of the free variables.
-    fn newton(&self, gradient: &SVector<f64, M>, free: &[bool; M]) -> Option<SVector<f64, M>> {
-        let mut hessian = self.hessian;
-        let mut right = -gradient;
+    /// Makes `hessian` that of the free variables: the others do not move.
+    fn hold(&self, free: &[bool; M], hessian: &mut SMatrix<f64, M, M>) {
+        *hessian = self.hessian;
         for i in (0..M).filter(|&i| !free[i]) {
             hessian.row_mut(i).fill(0.0);
             hessian.column_mut(i).fill(0.0);
             hessian[(i, i)] = 1.0;
-            right[i] = 0.0;
         }
-        Some(solve(&cholesky(&hessian)?, &right))
     }
 }
 
-/// The Cholesky factor L of `L·Lᵀ`, in the lower half. `None` if the matrix is not positive definite.
-fn cholesky<const M: usize>(matrix: &SMatrix<f64, M, M>) -> Option<SMatrix<f64, M, M>> {
-    let mut lower = *matrix;
+/// Replaces the lower half of a matrix by its Cholesky factor L, of `L·Lᵀ`. `None` if the matrix is not positive
+/// definite.
+fn factor<const M: usize>(lower: &mut SMatrix<f64, M, M>) -> Option<()> {
     for j in 0..M {
         let (before, rest) = lower.as_mut_slice().split_at_mut(j * M);
         let column = &mut rest[j..M];
@@ -97,7 +103,7 @@ fn cholesky<const M: usize>(matrix: &SMatrix<f64, M, M>) -> Option<SMatrix<f64, 
             *entry *= scale;
         }
     }
-    Some(lower)
+    Some(())
 }
 
 fn solve<const M: usize>(lower: &SMatrix<f64, M, M>, right: &SVector<f64, M>) -> SVector<f64, M> {

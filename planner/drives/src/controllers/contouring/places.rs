@@ -56,7 +56,8 @@ impl Pieces {
 
     /// The nearest point to `expected` on the pieces with these numbers. At equal distances, the later one.
     pub(super) fn nearest(&self, expected: Axes, numbers: std::ops::RangeInclusive<usize>) -> Place {
-        let allowed = self.pieces.iter().flatten().filter(|sample| numbers.contains(&sample.number));
+        let found = self.pieces.iter().map_while(Option::as_ref);
+        let allowed = found.filter(|sample| numbers.contains(&sample.number));
         let feet = allowed.map(|sample| (sample, sample.piece.nearest(expected)));
         let distance_2 = |foot: &Foot| (foot.point - expected).norm_squared();
         let best =
