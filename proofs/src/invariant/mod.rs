@@ -18,7 +18,7 @@
 //! more.
 
 mod checks;
-mod known;
+mod states;
 
 use std::collections::VecDeque;
 use std::fmt::Debug;
@@ -32,7 +32,7 @@ use keepout_kernel::{Curve, Levels, Segment};
 
 use crate::controller::{MachineModel, MotionModel, RESOLUTION, Trouble};
 use crate::families::length;
-use crate::invariant::known::{Found, Known};
+use crate::invariant::states::{Insertion, StateSet};
 use crate::model::ControllerModel;
 use crate::properties::Xyz;
 use crate::square::{self, FINISHING, HEIGHT_MARGIN, MANUAL, height, place, plain_place};
@@ -165,7 +165,7 @@ impl World {
             budget: self.budget,
             ended: false,
         };
-        let mut known = Known::default();
+        let mut known = StateSet::default();
         known.insert(&first.key(), most);
         let mut ways: Vec<(usize, Option<Step<M::Event>>)> = vec![(0, None)];
         let mut front = VecDeque::from([(0, 0, first)]);
@@ -179,11 +179,11 @@ impl World {
                 let mut next = node.clone();
                 let Some(way) = next.takes(self, step) else { continue };
                 explored.steps += 1;
-                let found = known.insert(&next.key(), most);
+                let insertion = known.insert(&next.key(), most);
                 let fault = next.fault_of_path(self, &part, &way);
                 // The rest depends on the state alone.
-                let fault =
-                    fault.or_else(|| if found == Found::Known { None } else { next.fault(self, &part) });
+                let fault = fault
+                    .or_else(|| if insertion == Insertion::Before { None } else { next.fault(self, &part) });
                 if let Some(fault) = fault {
                     let mut sequence = steps_to(&ways, number);
                     sequence.extend([format!("{step:?}"), fault]);
@@ -194,13 +194,13 @@ impl World {
                         ..explored
                     };
                 }
-                match found {
-                    Found::Known => {}
-                    Found::New => {
+                match insertion {
+                    Insertion::Before => {}
+                    Insertion::New => {
                         ways.push((number, Some(step)));
                         front.push_back((ways.len() - 1, depth + 1, next));
                     }
-                    Found::BeyondLimit => explored.complete = false,
+                    Insertion::BeyondLimit => explored.complete = false,
                 }
             }
         }

@@ -4,11 +4,11 @@ use std::collections::HashSet;
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, BuildHasherDefault, Hash, Hasher};
 
-/// What an exploration knew of a state.
+/// The outcome of inserting a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Found {
+pub enum Insertion {
     /// It was there before.
-    Known,
+    Before,
     /// It is new.
     New,
     /// It is new, and there is no room for it.
@@ -17,23 +17,23 @@ pub enum Found {
 
 /// The states, as two independent hashes of 64 bits each.
 #[derive(Default)]
-pub struct Known {
+pub struct StateSet {
     states: HashSet<(u64, u64), BuildHasherDefault<Hashed>>,
     seeds: [RandomState; 2],
     bytes: Bytes,
 }
 
-impl Known {
+impl StateSet {
     /// Adds the state, unless there are `most` already.
-    pub fn insert(&mut self, state: &impl Hash, most: usize) -> Found {
+    pub fn insert(&mut self, state: &impl Hash, most: usize) -> Insertion {
         self.bytes.0.clear();
         state.hash(&mut self.bytes);
         let [one, other] = self.seeds.each_ref().map(|seed| seed.hash_one(&self.bytes.0));
         let hashed = (one, other);
         if self.states.len() < most {
-            return if self.states.insert(hashed) { Found::New } else { Found::Known };
+            return if self.states.insert(hashed) { Insertion::New } else { Insertion::Before };
         }
-        if self.states.contains(&hashed) { Found::Known } else { Found::BeyondLimit }
+        if self.states.contains(&hashed) { Insertion::Before } else { Insertion::BeyondLimit }
     }
 
     /// The number of states.
