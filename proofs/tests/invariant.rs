@@ -64,11 +64,17 @@ fn duplicate_that_is_being_parsed_stays_in_the_set() {
     explore("lines and answers come twice", 1_000_000);
 }
 
-/// Assumptions exclude these pairs of faults. Each shows the reason.
+/// Assumptions exclude these pairs of faults. Each shows the reason, and the first model shows it for
+/// most of them.
 #[test]
 fn excluded_pairs_of_faults_defeat_the_evidence() {
+    let mut only_second = Vec::new();
     for world in worlds::pairs::excluded() {
         let explored = world.explore_with::<SecondController>(worlds::STATES);
         assert!(explored.violation.is_some(), "{}: {} states", world.name, explored.states);
+        if world.explore(worlds::STATES).violation.is_none() {
+            only_second.push(world.name);
+        }
     }
+    assert_eq!(only_second, ["pair: a copy and a reset", "pair: a copy and a clock jump"]);
 }

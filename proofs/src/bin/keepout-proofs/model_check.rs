@@ -60,8 +60,9 @@ impl ModelCheck {
         let chosen = self.chosen();
         if chosen.is_empty() {
             let asked = &self.name;
+            let limit = self.within.map_or(String::new(), |limit| format!(" and took at most {limit} s"));
             return Err(format!(
-                "No harness with \"{asked}\" in its name or file is quick enough. Run `model-check` to see them all."
+                "No harness has \"{asked}\" in its name or file{limit}. Run `model-check` to see them all."
             ));
         }
         let tools = Tools::find(&workspace())?;
