@@ -32,8 +32,11 @@ pub trait SimulatedController: Send + std::fmt::Debug {
     fn transmit(&mut self, into: &mut Vec<u8>);
 
     /// Moves the commanded positions since the last call into `into`: the corners of the path, and the
-    /// present position.
+    /// present position, each with its time.
     fn take_samples(&mut self, into: &mut Vec<Sample>);
+
+    /// Whether its commanded position changes.
+    fn is_moving(&self) -> bool;
 
     /// Applies a disturbance.
     fn disturb(&mut self, disturbance: Disturbance);

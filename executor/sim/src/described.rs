@@ -308,6 +308,10 @@ impl SimulatedController for DescribedSim {
         self.plant.take_samples(into);
     }
 
+    fn is_moving(&self) -> bool {
+        self.plant.is_moving()
+    }
+
     fn disturb(&mut self, disturbance: Disturbance) {
         self.plant.kill();
         self.line.clear();

@@ -221,7 +221,8 @@ impl SimMachine {
     pub fn advance(&mut self, now: Time) {
         loop {
             let arrival = self.to_controller.next_arrival().filter(|&at| at <= now);
-            let tick = self.drives.as_ref().map_or(Time::NEVER, ServoDrive::next_tick);
+            let moves = self.controller.is_moving();
+            let tick = self.drives.as_ref().map_or(Time::NEVER, |drives| drives.next_tick(moves));
             let event = self.controller.next_event().min(tick);
             match arrival {
                 Some(at) if at <= event => {

@@ -115,6 +115,11 @@ impl Plant {
         self.homing.or(motion)
     }
 
+    /// Whether an axis moves.
+    pub(super) fn is_moving(&self) -> bool {
+        self.apart.is_some() || self.motion.next_event().is_some()
+    }
+
     /// Ends a motion of non-interpolated axes, and leaves the axes at rest at their present position.
     fn settle(&mut self) {
         if let Some(apart) = self.apart.take() {
@@ -145,8 +150,14 @@ impl Plant {
         let step = self.motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
         let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };
         let kind = if self.motion.is_resting() { SampleKind::Rest } else { self.kind };
-        let samples = &mut self.samples;
-        self.motion.advance(step, |position_mm| samples.push(Sample { at, position_mm, kind }));
+        let (samples, from) = (&mut self.samples, self.now);
+        self.motion.advance(step, |position_mm, after| {
+            samples.push(Sample {
+                at: from.after(Duration::from_secs_f64(after)).min(at),
+                position_mm,
+                kind,
+            });
+        });
         self.samples.push(Sample { at, position_mm: self.motion.position(), kind });
         self.now = at;
     }

@@ -72,10 +72,15 @@ impl ServoDrive {
         })
     }
 
-    /// The time of the next sample; never while the drives are in position.
+    /// The time until which the drives need the next commanded position: that of their next sample. Drives in position
+    /// need none before the command `moves`.
     #[must_use]
-    pub fn next_tick(&self) -> Time {
-        if self.rested >= SETTLED { Time::NEVER } else { self.next }
+    pub fn next_tick(&self, moves: bool) -> Time {
+        match (self.rested >= SETTLED, moves) {
+            (false, _) => self.next,
+            (true, true) => self.since.after(self.period),
+            (true, false) => Time::NEVER,
+        }
     }
 
     /// Follows a commanded position, and adds the tool's true positions to `into`.
@@ -204,7 +209,7 @@ mod tests {
             drive.follow(&sample(ms, 10.0, SampleKind::Rest), &mut found);
         }
         assert_eq!(found.len(), 300);
-        assert_eq!(drive.next_tick(), Time::NEVER);
+        assert_eq!(drive.next_tick(false), Time::NEVER);
         found.clear();
         drive.follow(&sample(3_600_000, 10.0, SampleKind::Rest), &mut found);
         assert!(found.is_empty());
@@ -222,7 +227,7 @@ mod tests {
             let rest = sample(ms.into(), 10.0, SampleKind::Rest);
             drive.follow(&Sample { position_mm: Mm2::new(10.0, 20.0).at_height(-depth), ..rest }, &mut found);
         }
-        assert_eq!(drive.next_tick(), Time::NEVER);
+        assert_eq!(drive.next_tick(false), Time::NEVER);
         let at = |ms: u64| found.iter().rfind(|sample| sample.at <= Time::from_micros(ms * 1000)).unwrap();
         assert_eq!(at(2900).position_mm.z, 0.0);
         assert!((at(5500).position_mm.z + 2.5).abs() < 0.1, "{:?}", at(5500));

@@ -291,6 +291,10 @@ impl SimulatedController for VenusSim {
         self.plant.take_samples(into);
     }
 
+    fn is_moving(&self) -> bool {
+        self.plant.is_moving()
+    }
+
     fn disturb(&mut self, disturbance: Disturbance) {
         self.plant.kill();
         self.locked = None;

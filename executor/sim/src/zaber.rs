@@ -220,6 +220,10 @@ impl SimulatedController for ZaberSim {
         self.plant.take_samples(into);
     }
 
+    fn is_moving(&self) -> bool {
+        self.plant.is_moving()
+    }
+
     fn disturb(&mut self, disturbance: Disturbance) {
         self.plant.kill();
         (self.live, self.homed) = (false, false);

@@ -44,7 +44,7 @@ pub fn interpolated(
     }
     let mut stream = Stream::at_rest(pulses(start), AT_REST).keeping_all();
     while motion.queued() > 0 {
-        motion.advance(profile.period_s, |corner| stream.pass(pulses(corner)));
+        motion.advance(profile.period_s, |corner, _| stream.pass(pulses(corner)));
         stream.pass(pulses(motion.position()));
         stream.tick(profile.period_s);
     }

@@ -252,8 +252,9 @@ impl GrblSim {
         let step = self.motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
         let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };
         let kind = self.sample_kind();
-        let (samples, by) = (&mut self.samples, self.unknown_by);
-        let outcome = self.motion.advance(step, |corner| {
+        let (samples, by, from) = (&mut self.samples, self.unknown_by, self.now);
+        let outcome = self.motion.advance(step, |corner, after| {
+            let at = from.after(Duration::from_secs_f64(after)).min(at);
             samples.push(Sample { at, position_mm: corner + by, kind });
         });
         match outcome {
@@ -569,6 +570,10 @@ impl SimulatedController for GrblSim {
             Some(seconds) if busy => self.now.after(Duration::from_secs_f64(seconds + 2e-6)),
             _ => Time::NEVER,
         }
+    }
+
+    fn is_moving(&self) -> bool {
+        self.motion.next_event().is_some()
     }
 
     fn disturb(&mut self, disturbance: Disturbance) {

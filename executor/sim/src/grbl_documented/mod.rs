@@ -262,6 +262,10 @@ impl SimulatedController for DocumentedGrbl {
         into.append(&mut self.samples);
     }
 
+    fn is_moving(&self) -> bool {
+        self.motion.is_running()
+    }
+
     fn disturb(&mut self, disturbance: Disturbance) {
         match disturbance {
             Disturbance::Reset => self.reset(),

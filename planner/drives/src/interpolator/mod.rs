@@ -223,8 +223,9 @@ impl QueuedMotion {
         }
     }
 
-    /// Advances the motion by `dt` seconds. Calls `corner` with the end of each block that it completes.
-    pub fn advance(&mut self, dt: f64, mut corner: impl FnMut(Mm3)) -> StepOutcome {
+    /// Advances the motion by `dt` seconds. Calls `corner` with the end of each block that it completes, and the
+    /// seconds until then.
+    pub fn advance(&mut self, dt: f64, mut corner: impl FnMut(Mm3, f64)) -> StepOutcome {
         if self.runaway.is_some() {
             return self.run_on(dt);
         }
@@ -253,7 +254,7 @@ impl QueuedMotion {
                 self.position = block.to;
                 self.speed = if self.stop.is_some() { self.speed } else { self.speed.min(exit.max(0.0)) };
                 self.blocks.pop_front();
-                corner(self.position);
+                corner(self.position, dt - left);
             } else {
                 go(block, &mut self.position, length);
             }

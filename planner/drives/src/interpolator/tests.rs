@@ -17,7 +17,7 @@ fn block_takes_the_time_of_a_trapezoidal_speed_profile() {
     motion.push(flat(100.0, 0.0), 100.0, 0.001);
     let mut ticks = 0;
     while motion.queued() > 0 {
-        motion.advance(0.0005, |_| {});
+        motion.advance(0.0005, |_, _| {});
         ticks += 1;
     }
     assert!(motion.position() == flat(100.0, 0.0));
@@ -40,13 +40,13 @@ fn large_and_small_time_steps_agree() {
         let (mut corners, mut seconds) = (Vec::new(), 0.0);
         while let Some(step) = whole.next_event() {
             seconds += step;
-            whole.advance(step, |at| corners.push(at));
-            whole.advance(1e-7, |at| corners.push(at));
+            whole.advance(step, |at, _| corners.push(at));
+            whole.advance(1e-7, |at, _| corners.push(at));
             seconds += 1e-7;
         }
         let mut seen = Vec::new();
         for _ in 0..200 {
-            fine.advance((seconds + 0.001) / 200.0, |at| seen.push(at));
+            fine.advance((seconds + 0.001) / 200.0, |at, _| seen.push(at));
         }
         assert_eq!(corners, seen);
         assert!(fine.queued() == 0 && whole.position() == fine.position());
@@ -66,19 +66,19 @@ fn stop_at_the_end_of_a_block_runs_away_on_firmware_with_the_defect() {
         let mut motion = if defect { motion().with_runaway(80.0) } else { motion() };
         motion.push(flat(20.0, 0.0), 50.0, 0.001);
         while !motion.brakes_to_end() {
-            motion.advance(1e-4, |_| {});
+            motion.advance(1e-4, |_, _| {});
         }
         if block_first {
             motion.push(next, 50.0, 0.001);
-            motion.advance(0.005, |_| {});
+            motion.advance(0.005, |_, _| {});
             motion.hold();
         } else {
             motion.hold();
-            motion.advance(0.005, |_| {});
+            motion.advance(0.005, |_, _| {});
             motion.push(next, 50.0, 0.001);
         }
         for _ in 0..100_000 {
-            motion.advance(1e-4, |_| {});
+            motion.advance(1e-4, |_, _| {});
         }
         motion.position().x
     };
@@ -92,13 +92,13 @@ fn cancel_stops_on_the_path_within_the_braking_distance() {
     let mut motion = motion();
     motion.push(flat(60.0, 80.0), 100.0, 0.001);
     for _ in 0..1000 {
-        motion.advance(0.0005, |_| {});
+        motion.advance(0.0005, |_, _| {});
     }
     let before = motion.position();
     motion.cancel();
     let mut outcome = StepOutcome::Going;
     for _ in 0..1000 {
-        outcome = motion.advance(0.0005, |_| {});
+        outcome = motion.advance(0.0005, |_, _| {});
         if outcome == StepOutcome::Flushed {
             break;
         }

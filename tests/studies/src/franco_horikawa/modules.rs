@@ -156,7 +156,7 @@ impl Tables for SimulatedModules {
     }
 
     fn step(&mut self) {
-        self.motion.advance(STEP_S, |_| {});
+        self.motion.advance(STEP_S, |_, _| {});
         self.steps += 1;
         let at = Time::from_micros(self.steps * 1000);
         let kind = if self.motion.is_resting() { SampleKind::Rest } else { SampleKind::Jog };
