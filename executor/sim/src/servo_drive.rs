@@ -105,8 +105,8 @@ impl ServoDrive {
     fn lead(&mut self, to: Axes, at: Time, into: &mut Vec<Sample>) {
         let (from, began) = (self.commanded, self.since);
         let lasts = at.since(began).as_secs_f64();
-        let rises = self.heights.iter().any(|(_, height)| *height != self.height);
-        if to != from || rises {
+        let moves = to != from || self.heights.iter().any(|(_, height)| *height != self.height);
+        if moves {
             if self.rested >= SETTLED {
                 self.skip_to(began);
             }

@@ -23,13 +23,11 @@ impl<const M: usize> BoxProgram<M> {
     /// definite.
     #[must_use]
     pub fn solved(&self, start: &SVector<f64, M>) -> Option<SVector<f64, M>> {
-        let mut lower = self.hessian;
         let Some(limit) = self.limit else {
-            factor(&mut lower)?;
-            return Some(solve(&lower, &-self.linear));
+            return Some(solve(&self.factored(&[true; M])?, &-self.linear));
         };
-        // The variables that were free when `lower` was factored.
-        let mut factored = None;
+        // The last Cholesky factor, and the variables that were free.
+        let mut factored: Option<([bool; M], SMatrix<f64, M, M>)> = None;
         let within = |u: SVector<f64, M>| u.map(|u| u.clamp(-limit, limit));
         let mut u = within(*start);
         let mut gradient = self.hessian * u + self.linear;
@@ -37,13 +35,12 @@ impl<const M: usize> BoxProgram<M> {
             let held =
                 |i: usize| (u[i] >= limit && gradient[i] < 0.0) || (u[i] <= -limit && gradient[i] > 0.0);
             let free: [bool; M] = std::array::from_fn(|i| !held(i));
-            if factored != Some(free) {
-                self.hold(&free, &mut lower);
-                factor(&mut lower)?;
-                factored = Some(free);
+            if factored.as_ref().is_none_or(|(of, _)| *of != free) {
+                factored = Some((free, self.factored(&free)?));
             }
+            let (_, lower) = factored.as_ref()?;
             let right = SVector::from_fn(|i, _| if free[i] { -gradient[i] } else { 0.0 });
-            let step = solve(&lower, &right);
+            let step = solve(lower, &right);
             if step.amax() <= 1e-9 * limit {
                 break;
             }
@@ -71,14 +68,16 @@ impl<const M: usize> BoxProgram<M> {
         u.dot(&(self.hessian * u * 0.5 + self.linear))
     }
 
-    /// Makes `hessian` that of the free variables: the others do not move.
-    fn hold(&self, free: &[bool; M], hessian: &mut SMatrix<f64, M, M>) {
-        *hessian = self.hessian;
+    /// The Cholesky factor of the free variables' Hessian: the others do not move.
+    fn factored(&self, free: &[bool; M]) -> Option<SMatrix<f64, M, M>> {
+        let mut hessian = self.hessian;
         for i in (0..M).filter(|&i| !free[i]) {
             hessian.row_mut(i).fill(0.0);
             hessian.column_mut(i).fill(0.0);
             hessian[(i, i)] = 1.0;
         }
+        factor(&mut hessian)?;
+        Some(hessian)
     }
 }
 
