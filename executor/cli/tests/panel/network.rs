@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use keepout_planner::Mm2;
 
 use crate::PanelProcess;
-use crate::browser::Browser;
+use crate::browser::{Browser, Tab};
 use crate::complaints::{moving, opened, stops};
 
 /// Delay each way: a round trip takes 300 ms.
@@ -86,14 +86,24 @@ fn slow_network_costs_comfort_alone() {
     let mut tab = steered.tab();
     for _ in 0..4 {
         moving(&mut tab);
-        tab.lift();
+        lift(&mut tab);
         stops(&mut tab, "release over a slow network");
         tab.push(Mm2::new(1.0, 1.0));
         std::thread::sleep(Duration::from_millis(900));
-        tab.lift();
+        lift(&mut tab);
         stops(&mut tab, "release over a slow network");
     }
     tab.picture("slow");
+}
+
+/// Lifts the finger, and waits for a state from after the panel heard of it. A lost packet can hold back everything
+/// since before the finger moved: the page then shows a tool at rest.
+fn lift(tab: &mut Tab<'_>) {
+    let known = tab.value("panel.state.now_us").as_u64().unwrap();
+    tab.lift();
+    // That state is up to one late way old, and the order takes another.
+    let heard = Duration::from_micros(known) + 2 * (DELAY + 2 * AGAIN);
+    tab.wait(&format!("panel.state.now_us > {}", heard.as_micros()));
 }
 
 /// 12: the screen is kept awake, a browser without the code gets nothing, and another screen enters by a new code.
