@@ -30,7 +30,7 @@ impl CheckScript {
         Some(Self { folder })
     }
 
-    /// The verdicts on logs of one plan, all from one process. `band` widens the clearance at arcs.
+    /// The verdicts on logs of one plan, from two processes at the same time. `band` widens the clearance at arcs.
     pub fn verdicts(&self, plan: &[u8], logs: &[Vec<u8>], band: i32) -> Vec<ScriptVerdict> {
         let plan_path = self.folder.join("part.plan");
         std::fs::write(&plan_path, plan).unwrap();
@@ -38,23 +38,13 @@ impl CheckScript {
         for (path, log) in paths.iter().zip(logs) {
             std::fs::write(path, log).unwrap();
         }
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../proofs/check_log.py");
-        let mut command = Command::new("python3");
-        command.arg("-I").arg(script).arg("--band").arg(band.to_string()).arg(&plan_path).args(&paths);
-        let output = command.output().unwrap();
-        let (text, errors) =
-            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr).into_owned());
-        assert!(errors.is_empty(), "{errors}");
-        let lines: Vec<&str> = text.lines().collect();
-        let verdict = |index: usize| {
-            // The first line is about the plan. If it is refused, there is no other.
-            let text = (*lines.get(index + 1).or(lines.first()).unwrap()).to_string();
-            ScriptVerdict { holds: text.contains(": every rule holds: "), text }
-        };
-        let verdicts: Vec<ScriptVerdict> = (0..logs.len()).map(verdict).collect();
-        let all = verdicts.iter().all(|verdict| verdict.holds);
-        assert_eq!(output.status.code(), Some(if all { 0 } else { 5 }), "{text}");
-        verdicts
+        let (first, second) = paths.split_at(paths.len().div_ceil(2));
+        std::thread::scope(|scope| {
+            let second = scope.spawn(|| go(&plan_path, second, band));
+            let mut verdicts = go(&plan_path, first, band);
+            verdicts.extend(second.join().unwrap());
+            verdicts
+        })
     }
 
     /// Keeps a case in the folder, and returns its place.
@@ -64,4 +54,28 @@ impl CheckScript {
         std::fs::write(path("log"), log).unwrap();
         path("log").display().to_string()
     }
+}
+
+/// The verdicts on these logs, from one process.
+fn go(plan: &Path, logs: &[PathBuf], band: i32) -> Vec<ScriptVerdict> {
+    if logs.is_empty() {
+        return Vec::new();
+    }
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../proofs/check_log.py");
+    let mut command = Command::new("python3");
+    command.arg("-I").arg(script).arg("--band").arg(band.to_string()).arg(plan).args(logs);
+    let output = command.output().unwrap();
+    let (text, errors) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr).into_owned());
+    assert!(errors.is_empty(), "{errors}");
+    let lines: Vec<&str> = text.lines().collect();
+    let verdict = |index: usize| {
+        // The first line is about the plan. If it is refused, there is no other.
+        let text = (*lines.get(index + 1).or(lines.first()).unwrap()).to_string();
+        ScriptVerdict { holds: text.contains(": every rule holds: "), text }
+    };
+    let verdicts: Vec<ScriptVerdict> = (0..logs.len()).map(verdict).collect();
+    let all = verdicts.iter().all(|verdict| verdict.holds);
+    assert_eq!(output.status.code(), Some(if all { 0 } else { 5 }), "{text}");
+    verdicts
 }
