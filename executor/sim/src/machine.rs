@@ -221,8 +221,8 @@ impl SimMachine {
     pub fn advance(&mut self, now: Time) {
         loop {
             let arrival = self.to_controller.next_arrival().filter(|&at| at <= now);
-            let moves = self.controller.is_moving();
-            let tick = self.drives.as_ref().map_or(Time::NEVER, |drives| drives.next_tick(moves));
+            let drives = self.drives.as_ref();
+            let tick = drives.map_or(Time::NEVER, |drives| drives.next_tick(self.controller.is_moving()));
             let event = self.controller.next_event().min(tick);
             match arrival {
                 Some(at) if at <= event => {
