@@ -69,7 +69,7 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
             bulge: f64::from(i8::arbitrary(u)?) / 100.0,
         };
         ask_more(&part, &truth, places, threshold, &more);
-        ask_coarse(&part, &truth, places, threshold, (more.higher - threshold) / 64);
+        ask_simplified(&part, &truth, places, threshold, (more.higher - threshold) / 64);
     }
     Ok(())
 }
@@ -233,7 +233,7 @@ fn ask(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64) {
     assert_eq!(motion.is_ok(), !truth.near_motion(p, q, r), "motion from a free point {}", case());
     if let Ok(end) = motion {
         let fan = part.fan(start, end, at(s)).is_ok();
-        assert_eq!(fan, !truth.near_fan([p, q, s], r), "fan {}", case());
+        assert_eq!(fan, !truth.near_fan([p, q, s], r), "swept triangle {}", case());
     }
     let clipped = plain(part.clip(start, at(q)).point());
     assert!(!truth.near_motion(p, clipped, r), "clipped at {clipped:?}, {}", case());
@@ -276,8 +276,8 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
         let end = part.polygon(start, polygon, at(q));
         assert_eq!(end.is_ok(), !near, "polygon {corners:?}, {}", case());
     }
-    let way_out = part.retract(start, at(q), length(more.higher));
-    assert_eq!(way_out.is_ok(), !truth.approaches(p, q, more.higher), "way out {}", case());
+    let retract_move = part.retract(start, at(q), length(more.higher));
+    assert_eq!(retract_move.is_ok(), !truth.approaches(p, q, more.higher), "retract move {}", case());
     let Some(curve) = bent(at(p), at(q), more.bulge) else { return };
     let Curve::Arc(arc) = &curve else { return };
     let kept = truth.kept_by(&curve);
@@ -293,13 +293,13 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
 }
 
 /// Points, motions and swept triangles that are free of the simplified outline are free of the part.
-fn ask_coarse(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, tolerance: i64) {
-    let case = || format!("{p:?} {q:?} {s:?} within {r} of {truth:?}, coarse by {tolerance}");
+fn ask_simplified(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, tolerance: i64) {
+    let case = || format!("{p:?} {q:?} {s:?} within {r} of {truth:?}, simplified by {tolerance}");
     let simplified = part.simplified(length(tolerance)).expect("fewer edges");
     let Ok(start) = simplified.free_point(at(p), length(r)) else { return };
     assert!(!truth.near_point(p, r) && truth.is_free(p), "free point {}", case());
     let Ok(end) = simplified.motion(start, at(q)) else { return };
     assert!(!truth.near_motion(p, q, r), "motion {}", case());
     let fan = simplified.fan(start, end, at(s));
-    assert!(fan.is_err() || !truth.near_fan([p, q, s], r), "fan {}", case());
+    assert!(fan.is_err() || !truth.near_fan([p, q, s], r), "swept triangle {}", case());
 }

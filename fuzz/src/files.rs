@@ -147,24 +147,24 @@ fn watch(log: &Log) -> usize {
     let plan = &job::work().plan;
     let walls = ends_of_edges(&plan.part);
     let curves: Vec<Curve> = oracle::walls(plan).copied().collect();
-    let is_way_out = |event: &LoggedEvent<'_>| match event {
-        LoggedEvent::Phase { phase, .. } => Some(*phase == Phase::Escaping),
+    let retracts_now = |event: &LoggedEvent<'_>| match event {
+        LoggedEvent::Phase { phase, .. } => Some(*phase == Phase::Retracting),
         _ => None,
     };
     // A motion belongs to the last logged phase, or to the next.
     let (mut last, mut count) = (false, 0);
     for (at, entry) in log.entries.iter().enumerate() {
-        let mut next = log.entries[at..].iter().filter_map(|entry| is_way_out(&entry.event));
-        let escapes = last || next.next() == Some(true);
-        last = is_way_out(&entry.event).unwrap_or(last);
+        let mut next = log.entries[at..].iter().filter_map(|entry| retracts_now(&entry.event));
+        let retracts = last || next.next() == Some(true);
+        last = retracts_now(&entry.event).unwrap_or(last);
         let LoggedEvent::Certificate(certificate) = &entry.event else { continue };
         count += 1;
         match certificate {
             Certificate::Jog { to, set, .. } => {
-                let kept = if escapes { plan.plan.tool_radius } else { plan.roughing };
+                let kept = if retracts { plan.plan.tool_radius } else { plan.roughing };
                 let kept = i64::from(kept.units()) - 3;
                 let set: Vec<Xy> = set.iter().chain([to]).map(|&point| plain(point)).collect();
-                let set = if escapes { &set[set.len() - 1..] } else { &set };
+                let set = if retracts { &set[set.len() - 1..] } else { &set };
                 let near = triangles(set)
                     .find(|corners| walls.iter().any(|&(d, e)| comes_near(*corners, d, e, kept)));
                 assert!(near.is_none(), "a jog to {to:?}: {near:?} comes nearer than {kept}");

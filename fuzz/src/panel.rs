@@ -335,7 +335,7 @@ impl Talk {
             Phase::Manual,
             Phase::Manual,
             Phase::Sliding,
-            Phase::Escaping,
+            Phase::Retracting,
             Phase::Contouring,
             Phase::Holding,
             Phase::Faulted,

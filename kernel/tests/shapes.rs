@@ -32,7 +32,7 @@ fn polygon_holds_what_is_right_of_no_side() {
 
 /// The distance to the wall is convex along the motion, so it never falls exactly when it does not fall at the start.
 #[test]
-fn motion_recedes_exactly_when_the_distance_does_not_fall_at_the_start() {
+fn motion_retracts_exactly_when_the_distance_does_not_fall_at_the_start() {
     // The squared distance to the wall, times its squared length.
     let distance = |p: (i128, i128), a: (i128, i128), b: (i128, i128)| {
         let (dx, dy) = (b.0 - a.0, b.1 - a.1);

@@ -14,7 +14,7 @@ use keepout_kernel::{Curve, Point, UNITS_PER_MM};
 use keepout_planner::drawing::read_file;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, PlanParameters};
-use keepout_planner::profile::{CHORD_SLACK, MachinedSide, ProfileEdge};
+use keepout_planner::profile::{CHORD_ERROR, MachinedSide, ProfileEdge};
 use keepout_planner::request::PlanRequest;
 use keepout_planner::units::{along_mm, point_from_mm, point_mm};
 
@@ -152,7 +152,7 @@ fn count_of(plan: &CertifiedPlan) -> Count {
 fn edges_by_chord(plan: &CertifiedPlan) -> HashMap<(Point, Point), ProfileEdge> {
     let edges = plan.plan.profile.loops.iter().flat_map(|each| &each.edges);
     let chords = edges.flat_map(|edge| {
-        let points = edge.curve.chord_points(CHORD_SLACK);
+        let points = edge.curve.chord_points(CHORD_ERROR);
         let points = points.unwrap_or_else(|_| vec![edge.curve.from(), edge.curve.to()]);
         let pairs: Vec<_> = points.windows(2).map(|pair| (pair[0], pair[1])).collect();
         pairs.into_iter().flat_map(|(a, b)| [((a, b), *edge), ((b, a), *edge)])

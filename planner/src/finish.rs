@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::finish_error::{FinishError, PathRefusal};
 use crate::mesh::largest_tool_mm;
-use crate::profile::{ARC_CHORD_SLACK, Profile, corners};
+use crate::profile::{ARC_CHORD_ERROR, Profile, corners};
 use crate::reach::reaches;
 use crate::rest;
 use crate::units::{along_mm, point_from_mm, point_mm};
@@ -223,7 +223,7 @@ impl FinishingPath {
         d: f64,
     ) -> Result<(), PathRefusal> {
         let curves = self.loops.iter().flat_map(|each| &each.curves);
-        certify_complete(part, outlines, d, ARC_CHORD_SLACK, curves).map_err(PathRefusal::Incomplete)?;
+        certify_complete(part, outlines, d, ARC_CHORD_ERROR, curves).map_err(PathRefusal::Incomplete)?;
         for (number, each) in (1..).zip(&self.loops) {
             runs_beside(number, each, part, d)?;
         }

@@ -61,7 +61,7 @@ impl TermKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::LatticeRounding => "lattice rounding",
-            Self::ChordError => "chord slack",
+            Self::ChordError => "chord-error bound",
             Self::StepResolution => "controller resolution: step",
             Self::ReportResolution => "controller resolution: report",
             Self::Arithmetic => "controller arithmetic",

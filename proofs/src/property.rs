@@ -149,7 +149,7 @@ impl Property {
 }
 
 /// Lists properties: name, drawing of the inputs, claim, and engines with their bounds. Each entry becomes
-/// a [`Property`] and a test.
+/// a [`Property`].
 macro_rules! properties {
     (
         $group:literal, $source:literal;
@@ -172,14 +172,6 @@ macro_rules! properties {
             ))?]),
             bytes: crate::property::drawn!($d, $call, crate::draw::Bytes),
         } ),+ ];
-
-        #[cfg(test)]
-        mod tests {
-            $( #[test] fn $name() {
-                let named = super::ALL.iter().find(|each| each.name == stringify!($name));
-                named.expect("it is listed").check();
-            } )+
-        }
     };
 }
 

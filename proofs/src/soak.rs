@@ -195,7 +195,7 @@ impl Ask<'_> {
                     && !quick::never_nearer(float(p), float(to), float(a), float(b))
                         .unwrap_or_else(|| oracle::never_nearer(&big(p), &big(to), &big(a), &big(b)))
             });
-            assert_eq!(index.approached(motion, threshold).is_some(), approached, "receding, {context}");
+            assert_eq!(index.approached(motion, threshold).is_some(), approached, "retracting, {context}");
         }
         let swept = Triangle { corners: [at(p), at(q), at(s)] };
         let near_fan = brute(index, r, |a, b, r| triangle_within([p, q, s], a, b, r));

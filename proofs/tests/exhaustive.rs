@@ -68,7 +68,7 @@ fn triangle_segment_and_retargeted_motion() {
                     for &e in &points {
                         for r in 0..=1 {
                             properties::triangle_segment_is_exact::<Narrow>([a, b, c], d, e, r);
-                            properties::fan_covers_every_retargeted_motion::<Narrow>(
+                            properties::swept_triangle_covers_every_retargeted_motion::<Narrow>(
                                 [a, b, c],
                                 (1, 2),
                                 d,
@@ -84,14 +84,14 @@ fn triangle_segment_and_retargeted_motion() {
 }
 
 #[test]
-fn receding() {
+fn retracting() {
     let points: Vec<Xy> = (0..4).flat_map(|x| (0..4).map(move |y| (x, y))).collect();
     for &p in &points {
         for &q in &points {
             for &a in &points {
                 for &b in &points {
-                    properties::receding_never_comes_nearer::<Narrow>(p, q, a, b);
-                    properties::receding_never_comes_nearer::<Product>(p, q, a, b);
+                    properties::retracting_never_comes_nearer::<Narrow>(p, q, a, b);
+                    properties::retracting_never_comes_nearer::<Product>(p, q, a, b);
                 }
             }
         }

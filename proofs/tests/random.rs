@@ -68,7 +68,7 @@ proptest! {
     ) {
         properties::triangle_segment_is_exact::<Product>([a, b, c], d, e, threshold(c, d, pick, any));
         let r = threshold(c, d, pick, any);
-        properties::fan_covers_every_retargeted_motion::<Product>([a, b, c], (1, 2), d, e, r);
+        properties::swept_triangle_covers_every_retargeted_motion::<Product>([a, b, c], (1, 2), d, e, r);
     }
 }
 
@@ -76,11 +76,11 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 20_000, ..ProptestConfig::default() })]
 
     #[test]
-    fn receding(p in point(), q in point(), a in point(), b in point()) {
-        properties::receding_never_comes_nearer::<Product>(p, q, a, b);
+    fn retracting(p in point(), q in point(), a in point(), b in point()) {
+        properties::retracting_never_comes_nearer::<Product>(p, q, a, b);
         // The motion begins beside the segment, and leads straight away from it or along it.
-        properties::receding_never_comes_nearer::<Product>(p, (p.0, q.1), a, (b.0, a.1));
-        properties::receding_never_comes_nearer::<Product>(p, (q.0, p.1), a, (b.0, a.1));
+        properties::retracting_never_comes_nearer::<Product>(p, (p.0, q.1), a, (b.0, a.1));
+        properties::retracting_never_comes_nearer::<Product>(p, (q.0, p.1), a, (b.0, a.1));
     }
 
     #[test]
@@ -169,7 +169,7 @@ proptest! {
 
     /// Every point of a true arc lies within the chord-error bound of the checked chords.
     #[test]
-    fn chords_stay_within_their_slack(
+    fn chords_stay_within_their_chord_error(
         radius in 100_i64..50_000_000,
         from in 0.0_f64..std::f64::consts::TAU,
         sweep in 0.01_f64..3.1,

@@ -3,6 +3,7 @@
 
 use std::collections::HashSet;
 
+use keepout_proofs::carried::{self, CARRIED, Carrier};
 use keepout_proofs::faults::tree;
 use keepout_proofs::smt::results;
 use keepout_proofs::theorems::THEOREMS;
@@ -18,6 +19,27 @@ fn every_property_has_an_engine() {
         let random = property.random.is_some_and(|(cases, _)| cases > 0);
         assert!(every || random, "{} has no engine that runs here", property.name);
     }
+}
+
+#[test]
+fn each_property_is_carried_once_by_an_engine_that_finished() {
+    let (_, answered) = model_check::results::read();
+    let harnesses: HashSet<String> = answered.into_iter().map(|row| row.name).collect();
+    let worlds: HashSet<&str> = worlds::all().iter().map(|world| world.name).collect();
+    let theorems: HashSet<&str> = THEOREMS.iter().map(|theorem| theorem.name).collect();
+    for property in properties::all() {
+        let rows = CARRIED.iter().filter(|(name, _)| *name == property.name).count();
+        assert_eq!(rows, 1, "{} has one row", property.name);
+        let known = match carried::by(property.name).expect("it has a row") {
+            Carrier::Theorems(names) => names.iter().all(|name| theorems.contains(name)),
+            Carrier::ModelChecker(names) => names.iter().all(|name| harnesses.contains(*name)),
+            Carrier::Exploration(names) => names.iter().all(|name| worlds.contains(name)),
+            Carrier::EveryCase => property.every.is_some(),
+            Carrier::Random(_) => property.random.is_some(),
+        };
+        assert!(known, "{}: there is no such theorem, answered harness or world", property.name);
+    }
+    assert_eq!(CARRIED.len(), properties::all().len(), "a row is of no property");
 }
 
 /// A harness without an answer would be a promise.

@@ -180,7 +180,7 @@ fn headline(supervisor: &Supervisor, wall_mm: Option<f64>) -> Headline {
         }
         Phase::Manual | Phase::Sliding if at_the_end_of_travel(supervisor) => Headline::EndOfTravel,
         Phase::Manual | Phase::Sliding => Headline::Manual,
-        Phase::Escaping => Headline::Escaping,
+        Phase::Retracting => Headline::Retracting,
         Phase::Touching => Headline::Touching,
         Phase::Holding if supervisor.is_at_rest() => Headline::Paused,
         Phase::Holding => Headline::Pausing,

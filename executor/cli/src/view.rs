@@ -30,7 +30,7 @@ pub enum Headline {
         percent: Option<u8>,
     },
     /// The tool stands inside the jogging clearance: only retract moves are possible.
-    Escaping,
+    Retracting,
     /// The tool stands at the wall, and the program plans the contour.
     Touching,
     /// Feed hold: the tool runs to the end of the queued motions, and then waits.
@@ -74,7 +74,7 @@ impl Headline {
             Self::Stopped { .. } | Self::Armed => Tone::Alarm,
             Self::AtTheWall
             | Self::EndOfTravel
-            | Self::Escaping
+            | Self::Retracting
             | Self::Pausing
             | Self::Paused
             | Self::Stopping => Tone::Alert,
@@ -93,7 +93,7 @@ impl Headline {
             Self::EndOfTravel => "END OF TRAVEL".into(),
             Self::Contouring { percent: Some(percent) } => format!("CONTOURING {percent} %"),
             Self::Contouring { percent: None } => "CONTOURING".into(),
-            Self::Escaping => "LEAVE THE PART".into(),
+            Self::Retracting => "LEAVE THE PART".into(),
             Self::Touching => "TOUCHED".into(),
             Self::Pausing => "PAUSING".into(),
             Self::Paused => "PAUSED".into(),

@@ -14,7 +14,7 @@ const STEPS = ["drawing", "tool", "place", "rough", "finish", "report"];
 const ARMS_AFTER_MS = 1000;
 /** Time for which a notice is shown, ms. */
 const NOTICE_MS = 6000;
-const TONES = { sliding: "alert", touching: "alert", contouring: "calm", holding: "alert", escaping: "alert",
+const TONES = { sliding: "alert", touching: "alert", contouring: "calm", holding: "alert", retracting: "alert",
   faulted: "alarm", manual: "calm" };
 
 const at = (id) => document.getElementById(id);
@@ -202,7 +202,7 @@ class Panel {
     if (phase === "holding") return button(words.go_on, () => this.link.command("cycle_start"), main);
     if (phase === "faulted") return button(words.recover, () => this.link.command("recover"), main);
     const steered = ["manual", "sliding"].includes(phase);
-    if (state.session?.interrupted && (steered || phase === "escaping")) return button(words.finish_it, () => this.link.command("cycle_start"), { ...main, disabled: !state.session.rests });
+    if (state.session?.interrupted && (steered || phase === "retracting")) return button(words.finish_it, () => this.link.command("cycle_start"), { ...main, disabled: !state.session.rests });
     if (!steered || this.isAllDone()) return make("span");
     return job.running === "touch" ? button(words.take_place, () => this.ask({ type: "take" }), main) : this.armButton();
   }
@@ -286,7 +286,7 @@ class Panel {
       if (tone === "calm" && session.phase === "manual" && state.control.holder !== "mine") [headline, detail, tone] = [...words.watching, ""];
       if (tone === "calm" && this.isAllDone()) [headline, detail] = words[this.job.running === "touch" ? "all_taken" : "all_cut"];
       if (this.job?.running === "dry_run") headline = `${words.dry_run}: ${headline}`;
-      if (session.interrupted && session.phase === "escaping") detail = words.finish_from_above;
+      if (session.interrupted && session.phase === "retracting") detail = words.finish_from_above;
       if (session.armed) [headline, detail, tone] = [...words.armed, "alert"];
       if (session.phase === "contouring") {
         const left = session.left_s === null ? "" : ` · ${words.left} ${minutes(session.left_s / 60)} ${words.min}`;

@@ -7,7 +7,7 @@ export default {
     starting: ["START", "Die Maschine macht sich bereit."],
     manual: ["SIE STEUERN", "Feld, Taste oder Schultertaste halten und schieben."],
     sliding: ["AN DER WAND", "Das Werkzeug gleitet am Teil entlang und kann nicht hinein."],
-    escaping: ["WEG VOM TEIL", "Das Werkzeug ist nah am Teil: wegschieben."],
+    retracting: ["WEG VOM TEIL", "Das Werkzeug ist nah am Teil: wegschieben."],
     touching: ["BERÜHRUNG", "Die Kontur wird berechnet und bewiesen."],
     contouring: ["SCHNEIDET", "Die Kontur wird von selbst geschnitten."],
     holding: ["PAUSE", "Die Kontur wartet. Weiter, oder die Sitzung beenden."],

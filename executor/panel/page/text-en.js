@@ -7,7 +7,7 @@ export default {
     starting: ["STARTING", "The machine gets ready."],
     manual: ["YOU STEER", "Hold the pad, a key or the shoulder button, and push."],
     sliding: ["AT THE WALL", "The tool slides along the part and cannot enter it."],
-    escaping: ["LEAVE THE PART", "The tool is near the part: push away from it."],
+    retracting: ["LEAVE THE PART", "The tool is near the part: push away from it."],
     touching: ["CONTACT", "The contour is worked out and proved."],
     contouring: ["CUTTING", "The contour is cut by itself."],
     holding: ["PAUSED", "The contour waits. Go on, or end the session."],

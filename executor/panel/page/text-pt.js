@@ -7,7 +7,7 @@ export default {
     starting: ["A INICIAR", "A máquina prepara-se."],
     manual: ["VOCÊ CONDUZ", "Segure o campo, uma tecla ou o botão lateral, e empurre."],
     sliding: ["NA PAREDE", "A ferramenta desliza ao longo da peça e não pode entrar."],
-    escaping: ["AFASTE-SE DA PEÇA", "A ferramenta está perto da peça: empurre para longe."],
+    retracting: ["AFASTE-SE DA PEÇA", "A ferramenta está perto da peça: empurre para longe."],
     touching: ["CONTATO", "O contorno é calculado e provado."],
     contouring: ["A CORTAR", "O contorno é cortado sozinho."],
     holding: ["PAUSA", "O contorno espera. Continue ou termine a sessão."],

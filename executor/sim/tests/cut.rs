@@ -123,7 +123,7 @@ impl Operator for Slider {
         let past = |since: Time, seconds: f64| now.since(since).as_secs_f64() > seconds;
         match (view.phase, view.position_mm, view.wall_mm) {
             (Phase::Faulted, ..) => command(OperatorCommand::Recover),
-            (Phase::Escaping, Some(at), Some(wall)) => {
+            (Phase::Retracting, Some(at), Some(wall)) => {
                 let (since, from) = *self.began.get_or_insert((now, at));
                 let (x, y) = (wall.x - at.x, wall.y - at.y);
                 let (x, y) = (x / x.hypot(y), y / x.hypot(y));

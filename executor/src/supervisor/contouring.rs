@@ -86,7 +86,7 @@ impl Supervisor {
         self.note(Notice::NoContour(reason.to_string()));
         let steering = JogPlanner::default();
         self.state = if self.guard.is_inside_jogging_clearance() {
-            State::Escaping(steering)
+            State::Retracting(steering)
         } else {
             State::Sliding(steering)
         };

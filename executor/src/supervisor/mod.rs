@@ -244,7 +244,7 @@ impl Supervisor {
         let switches = self.phase().is_steered() && self.switches_spindle(now, commands);
         match &mut self.state {
             _ if switches => {}
-            State::Manual(_) | State::Sliding(_) | State::Escaping(_) => {
+            State::Manual(_) | State::Sliding(_) | State::Retracting(_) => {
                 let stale = self.operation.input.is_stale(now);
                 if jogs || stale && !self.operation.stopped_for_stale {
                     self.operation.stopped_for_stale = stale;
@@ -287,7 +287,7 @@ impl Supervisor {
         let (state, mut context) = self.jogging(Height::LOWEST, now, commands);
         let contact = match state {
             State::Manual(steering) | State::Sliding(steering) => steering.steer(input, &mut context),
-            State::Escaping(steering) => {
+            State::Retracting(steering) => {
                 steering.retract(input, &mut context);
                 WallContact::Unknown
             }
@@ -333,7 +333,7 @@ impl Supervisor {
     fn at_rest(&mut self) {
         let inside = self.guard.is_inside_jogging_clearance();
         self.state = match std::mem::replace(&mut self.state, State::Done) {
-            State::Escaping(_) if !inside => State::Manual(JogPlanner::default()),
+            State::Retracting(_) if !inside => State::Manual(JogPlanner::default()),
             State::Manual(mut steering) => {
                 steering.settle();
                 State::Manual(steering)
@@ -342,9 +342,9 @@ impl Supervisor {
                 steering.settle();
                 State::Sliding(steering)
             }
-            State::Escaping(mut steering) => {
+            State::Retracting(mut steering) => {
                 steering.settle();
-                State::Escaping(steering)
+                State::Retracting(steering)
             }
             State::Contouring(run) | State::Holding(run) => {
                 self.contours.progress = run.done;

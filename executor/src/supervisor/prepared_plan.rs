@@ -25,15 +25,15 @@ pub struct PreparedPlan {
 
 /// Divisor of the stock to leave that gives the tolerance of the simplified outline. One chord replaces a run
 /// of edges within this tolerance, because many short edges would make jogging slow.
-const COARSE_SHARE: i64 = 40;
+const TOLERANCE_SHARE: i64 = 40;
 /// Greatest tolerance of the simplified outline, lattice units (5 µm).
-const COARSE_MAX: i64 = 500;
+const TOLERANCE_MAX: i64 = 500;
 
 impl PreparedPlan {
     /// Prepares the part of a certified plan.
     #[must_use]
     pub fn new(plan: CertifiedPlan) -> Self {
-        let tolerance = (i64::from(plan.plan.stock_to_leave.units()) / COARSE_SHARE).min(COARSE_MAX);
+        let tolerance = (i64::from(plan.plan.stock_to_leave.units()) / TOLERANCE_SHARE).min(TOLERANCE_MAX);
         let tolerance = Length::from_units(tolerance).unwrap_or(Length::ZERO);
         let levels = Arc::clone(&plan.levels);
         let thresholds = [plan.roughing, standing_off(plan.roughing)];

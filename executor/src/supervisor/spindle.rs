@@ -196,7 +196,7 @@ mod tests {
                 supervisor.abilities.spindle = spindle;
                 let sent: usize =
                     [0, 10].map(|at| switches(&mut supervisor, ask(true), after(at)).len()).iter().sum();
-                let steered = ["Manual", "Sliding", "Escaping"].contains(&name);
+                let steered = ["Manual", "Sliding", "Retracting"].contains(&name);
                 assert_eq!(sent, usize::from(steered && spindle), "{name}");
                 assert_eq!(supervisor.spindle_runs(), (!spindle).then_some(true), "{name}");
             }

@@ -104,7 +104,7 @@ impl Supervisor {
         self.unrecovered = None;
         self.state = if self.guard.is_inside_jogging_clearance() {
             self.note(Notice::InsideClearance);
-            State::Escaping(JogPlanner::default())
+            State::Retracting(JogPlanner::default())
         } else {
             State::Manual(JogPlanner::default())
         };

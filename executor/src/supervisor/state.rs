@@ -30,7 +30,7 @@ pub(super) enum State {
     /// Jogging along the wall.
     Sliding(JogPlanner),
     /// The tool is inside the jogging clearance: only retract moves.
-    Escaping(JogPlanner),
+    Retracting(JogPlanner),
     Touching(Touch),
     Contouring(Run),
     /// Feed hold: the supervisor sends no more motions of the contour, and it can go on.
@@ -54,7 +54,7 @@ impl State {
     /// The jog planner, in the states in which the operator steers the tool.
     pub(super) fn steering(&mut self) -> Option<&mut JogPlanner> {
         match self {
-            Self::Manual(planner) | Self::Sliding(planner) | Self::Escaping(planner) => Some(planner),
+            Self::Manual(planner) | Self::Sliding(planner) | Self::Retracting(planner) => Some(planner),
             _ => None,
         }
     }
@@ -140,8 +140,9 @@ pub enum Phase {
     Manual,
     /// The operator jogs along the wall.
     Sliding,
-    /// The tool is inside the jogging clearance: only retract moves are possible.
-    Escaping,
+    /// The tool is inside the jogging clearance: only retract moves are possible. Older logs have the alias.
+    #[serde(alias = "escaping")]
+    Retracting,
     /// The tool stands at the wall, while Keepout computes and certifies the contour.
     Touching,
     /// The supervisor runs a contour.
@@ -165,7 +166,7 @@ impl Phase {
             Self::Starting => "starting",
             Self::Manual => "jogging",
             Self::Sliding => "jogging along the wall",
-            Self::Escaping => "retracting from the part",
+            Self::Retracting => "retracting from the part",
             Self::Touching => "planning the contour",
             Self::Contouring => "cutting a contour",
             Self::Holding => "holding in a contour",
@@ -178,7 +179,7 @@ impl Phase {
     /// Whether the operator moves the tool in this phase.
     #[must_use]
     pub fn is_steered(self) -> bool {
-        matches!(self, Self::Manual | Self::Sliding | Self::Escaping)
+        matches!(self, Self::Manual | Self::Sliding | Self::Retracting)
     }
 }
 
@@ -192,7 +193,7 @@ impl State {
             | Self::Locating { .. } => Phase::Starting,
             Self::Manual(_) => Phase::Manual,
             Self::Sliding(_) => Phase::Sliding,
-            Self::Escaping(_) => Phase::Escaping,
+            Self::Retracting(_) => Phase::Retracting,
             Self::Touching(_) => Phase::Touching,
             Self::Contouring(_) => Phase::Contouring,
             Self::Holding(_) => Phase::Holding,

@@ -26,11 +26,11 @@ impl Supervisor {
                 self.state = stopping;
                 None
             }
-            Phase::Manual | Phase::Sliding | Phase::Escaping if self.guard.in_position() => {
+            Phase::Manual | Phase::Sliding | Phase::Retracting if self.guard.in_position() => {
                 self.state = State::Done;
                 None
             }
-            Phase::Manual | Phase::Sliding | Phase::Escaping => {
+            Phase::Manual | Phase::Sliding | Phase::Retracting => {
                 self.state = stopping;
                 self.cancel()
             }

@@ -57,7 +57,7 @@ fn run() -> Run {
 
 pub(super) type Made = (&'static str, fn() -> State);
 
-/// Every state. The tool is outside the jogging clearance, except in Escaping.
+/// Every state. The tool is outside the jogging clearance, except in Retracting.
 pub(super) const STATES: [Made; 15] = [
     ("Connecting", || State::Connecting { garbled: None }),
     ("Preparing", || State::Preparing),
@@ -66,7 +66,7 @@ pub(super) const STATES: [Made; 15] = [
     ("Locating", || State::Locating { seen: None }),
     ("Manual", || State::Manual(JogPlanner::default())),
     ("Sliding", || State::Sliding(JogPlanner::default())),
-    ("Escaping", || State::Escaping(JogPlanner::default())),
+    ("Retracting", || State::Retracting(JogPlanner::default())),
     ("Touching, asked", || State::Touching(Touch::Asked { in_place: false })),
     ("Touching, certifying", || State::Touching(Touch::Certifying(Box::new(run())))),
     ("Contouring", || State::Contouring(run())),
@@ -134,7 +134,7 @@ pub(super) fn supervisor(work: &PreparedPlan, name: &str, state: State) -> Super
     };
     let mut supervisor = Supervisor::new(work.clone(), options, ABILITIES);
     if !["Connecting", "Preparing", "Homing", "Arming", "Locating", "Faulted"].contains(&name) {
-        supervisor.guard.locate(at(if name == "Escaping" { NEAR } else { CLEAR }).in_plane()).unwrap();
+        supervisor.guard.locate(at(if name == "Retracting" { NEAR } else { CLEAR }).in_plane()).unwrap();
     }
     supervisor.state = state;
     supervisor.polling.answer_now(NOW);

@@ -81,7 +81,7 @@ impl Supervisor {
             State::Connecting { .. } => Ok(()),
             // The controller rejects a jog that was in flight when the session began to stop.
             State::Stopping { .. } if again && self.guard.refused() => Ok(()),
-            State::Manual(steering) | State::Sliding(steering) | State::Escaping(steering)
+            State::Manual(steering) | State::Sliding(steering) | State::Retracting(steering)
                 if again && self.guard.refused() =>
             {
                 self.operation.rejected += 1;

@@ -34,7 +34,7 @@ impl Play {
         let abilities = self.machine.abilities();
         match command {
             Command::Move(certified) => match certified.motion() {
-                Motion::Jog { to, .. } if inside => self.watch_way_out(*to),
+                Motion::Jog { to, .. } if inside => self.watch_retract_move(*to),
                 Motion::Jog { .. } => self.watch_set(),
                 Motion::Contour { curve, heights, .. } => {
                     self.watch_contour(curve, heights[0].min(heights[1]))
@@ -88,15 +88,15 @@ impl Play {
 
     /// Checks a retract move: it does not lower the tool, and comes nearer to no edge within the jogging clearance.
     /// Non-interpolated axes move one at a time.
-    fn watch_way_out(&self, to: Place) {
+    fn watch_retract_move(&self, to: Place) {
         let guard = self.supervisor.guard();
         let confirmed = guard.confirmed().expect("it stands inside").place();
-        assert!(to.height >= confirmed.height, "a way out from {confirmed:?} lowers the tool to {to:?}");
+        assert!(to.height >= confirmed.height, "a retract move from {confirmed:?} lowers the tool to {to:?}");
         let walls = self.walls(confirmed.height);
         let (from, to) = (confirmed.point, to.point);
         let straight =
             guard.rules().interpolation == Interpolation::Linear || from.x == to.x || from.y == to.y;
-        assert!(straight, "a way out from {from:?} to {to:?} is not along an axis");
+        assert!(straight, "a retract move from {from:?} to {to:?} is not along an axis");
         let (a, b, manual) = (xy(from), xy(to), f64::from(guard.rules().jogging_clearance.units()));
         for wall in &walls {
             let least = oracle::distance(a, [wall].into_iter()).min(manual);
@@ -105,7 +105,7 @@ impl Play {
                 let left = oracle::distance(oracle::on_the_way(a, b, t), [wall].into_iter());
                 assert!(
                     left > least - ROUNDING,
-                    "a way out from {from:?} to {to:?} comes to {left} of {wall:?}"
+                    "a retract move from {from:?} to {to:?} comes to {left} of {wall:?}"
                 );
             }
         }
@@ -129,7 +129,7 @@ impl Play {
     /// Checks that the tool and the targets in transit are in the hull of the guard's in-flight set.
     pub(super) fn watch_hull(&self) {
         let guard = self.supervisor.guard();
-        let by_hand = matches!(self.supervisor.phase(), Phase::Manual | Phase::Sliding | Phase::Escaping);
+        let by_hand = matches!(self.supervisor.phase(), Phase::Manual | Phase::Sliding | Phase::Retracting);
         let contour = self.machine.under_way().any(|motion| matches!(motion, Motion::Contour { .. }));
         if !by_hand || contour || guard.confirmed().is_none() {
             return;

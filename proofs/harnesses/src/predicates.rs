@@ -58,10 +58,10 @@ harnesses! {
         rays_cross_two_edges_at_a_peak_or_none:
             "at the common end of two edges above the ray, both count or none", "coordinates within ±2", unwind 1;
         // Evidence for SR-14.
-        a_motion_of_no_length_recedes:
+        a_motion_of_no_length_retracts:
             "a motion of length zero comes nearer to nothing", "coordinates within ±3", unwind 1;
-        receding_motions_end_no_nearer:
-            "a motion that recedes from a point ends no nearer to it", "coordinates within ±4", unwind 1;
+        retracting_motions_end_no_nearer:
+            "a motion that retracts from a point ends no nearer to it", "coordinates within ±4", unwind 1;
     }
 }
 
@@ -224,12 +224,12 @@ fn rays_cross_two_edges_at_a_peak_or_none(c: &mut impl Cases) {
     assert!(!one_side || ray_crosses::<Narrow>(p, a, b) == ray_crosses::<Narrow>(p, b, d));
 }
 
-fn a_motion_of_no_length_recedes(c: &mut impl Cases) {
+fn a_motion_of_no_length_retracts(c: &mut impl Cases) {
     let (p, a, b) = (site(c, 3), site(c, 3), site(c, 3));
     assert!(retract::<Narrow>(p, p, a, b) || !point_segment::<Narrow>(p, a, b, 0).is_clear());
 }
 
-fn receding_motions_end_no_nearer(c: &mut impl Cases) {
+fn retracting_motions_end_no_nearer(c: &mut impl Cases) {
     let (p, q, a) = (site(c, 4), site(c, 4), site(c, 4));
     assert!(!retract::<Narrow>(p, q, a, a) || away(q, a) >= away(p, a));
 }

@@ -62,7 +62,7 @@ pub struct World {
     /// A checksum protects the line.
     pub checked: bool,
     /// Enlargement of the simplified outline that jogging asks, lattice units.
-    pub coarser: i64,
+    pub simplified_by: i64,
 }
 
 /// A state: the guard, the controller model, and the host's variables.
@@ -139,7 +139,7 @@ impl World {
             heights: self.heights(),
             ..square::rules(interpolation, self.checked)
         };
-        let mut guard = Guard::new(Arc::clone(part), Arc::new(self.levels(self.coarser)), rules);
+        let mut guard = Guard::new(Arc::clone(part), Arc::new(self.levels(self.simplified_by)), rules);
         guard.learn_of_cancels(guard.rules().on_cancel, Some(QUICK));
         guard.locate(place(self.start)).expect("the tool begins outside the part");
         guard

@@ -25,9 +25,9 @@ properties! {
         => "an arc is accepted exactly when its ends differ, its radius is in range and its end lies \
             between ρ − 1 and ρ + 2 from the centre";
         random 200_000;
-    chords_leave_their_arc_by_no_more_than_the_slack |d| {
+    chords_leave_their_arc_by_no_more_than_the_chord_error |d| {
         let [from, middle, to] = around(d);
-        chords_leave_their_arc_by_no_more_than_the_slack(from, middle, to, d.coin())
+        chords_leave_their_arc_by_no_more_than_the_chord_error(from, middle, to, d.coin())
     }
         => "chord-error bound of a chain: every point of the ring ρ − 1 … ρ + 2 between the rays to a \
             chord's ends is within the bound of the chord";
@@ -58,8 +58,8 @@ properties! {
         => "control points and weights make a curve exactly when there are 2 to 16 of each and the \
             weights are in range";
         random 20_000;
-    what_follows_a_line_is_within_the_slack |d|
-        what_follows_a_line_is_within_the_slack(
+    what_follows_a_line_is_within_the_chord_error |d|
+        what_follows_a_line_is_within_the_chord_error(
             [small(d), small(d), small(d)],
             [d.int(0, 16), d.int(0, 16), d.int(0, 16)],
             d.int(0, 60),
@@ -150,7 +150,7 @@ fn ring_between(rho: i64, a: Xy, b: Xy, left: bool) -> impl Iterator<Item = Xy> 
     })
 }
 
-fn chords_leave_their_arc_by_no_more_than_the_slack(from: Xy, middle: Xy, to: Xy, left: bool) {
+fn chords_leave_their_arc_by_no_more_than_the_chord_error(from: Xy, middle: Xy, to: Xy, left: bool) {
     let Ok(arc) = Arc::new(at(from), at(to), Point::ORIGIN, turn(left)) else { return passed_over() };
     let Ok(chords) = ArcChords::check(&arc, vec![at(from), at(middle), at(to)]) else { return passed_over() };
     let rho = i64::from(arc.radius().units());
@@ -242,12 +242,12 @@ fn weights_and_counts_are_checked(points: i64, weights: i64, weight: i64) {
     assert_eq!(made.is_ok(), fits, "{points} {weights} {weight}");
 }
 
-fn what_follows_a_line_is_within_the_slack(control: [Xy; 3], bits: [i64; 3], chord_error: i64) {
+fn what_follows_a_line_is_within_the_chord_error(control: [Xy; 3], bits: [i64; 3], chord_error: i64) {
     let weights = bits.map(|bits| 1_u64 << (24 + bits));
     let Ok(curve) = Bezier::new(control.map(at).to_vec(), weights.to_vec()) else { return passed_over() };
     let line = Curve::Line(Segment { from: at(control[0]), to: at(control[2]) });
-    let Ok(slack_length) = Length::from_units(chord_error) else { return passed_over() };
-    if curve.follows(&[line], slack_length).is_err() {
+    let Ok(within) = Length::from_units(chord_error) else { return passed_over() };
+    if curve.follows(&[line], within).is_err() {
         return passed_over();
     }
     for k in 0..=16_i64 {

@@ -97,7 +97,7 @@ properties! {
             motion is queued";
         random 5_000;
     // Evidence for SR-14.
-    one_way_out_at_a_time |d| one_way_out_at_a_time(field(d), field(d), field(d))
+    one_retract_move_at_a_time |d| one_retract_move_at_a_time(field(d), field(d), field(d))
         => "after a retract move no other is admitted until the tool is in position";
         random 40_000;
     // Evidence for SR-12.
@@ -476,7 +476,7 @@ fn refused_lines_did_not_leave_the_queue(aside: i64, step: i64) {
     }
 }
 
-fn one_way_out_at_a_time(place: Xy, to: Xy, other: Xy) {
+fn one_retract_move_at_a_time(place: Xy, to: Xy, other: Xy) {
     let mut guard = guard(Interpolation::Linear, true);
     if guard.locate(at(place).in_plane()).is_err()
         || !guard.is_inside_jogging_clearance()

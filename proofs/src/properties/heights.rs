@@ -67,9 +67,9 @@ properties! {
             travel, and are clear of what stands above the lower end of each, less the height margin";
         random 20_000;
     // Evidence for SR-14.
-    ways_out_do_not_lead_down |d| {
+    retract_moves_do_not_lead_down |d| {
         let from = (500 + d.int(FINISHING, CLEARANCE - 1), d.int(1000, 6000), d.int(POCKET + 20, 0));
-        ways_out_do_not_lead_down([from, (d.int(1000, 4000), d.int(1000, 6000), d.int(POCKET + 11, 10))])
+        retract_moves_do_not_lead_down([from, (d.int(1000, 4000), d.int(1000, 6000), d.int(POCKET + 11, 10))])
     }
         => "from inside the jogging clearance, a retract move into the middle of the pocket is admitted exactly \
             when it does not lower the tool";
@@ -326,7 +326,7 @@ fn contours_are_certified_at_their_lowest_heights(path: &[Xyz], torn: usize, [hi
     assert_eq!(certified, right, "{path:?} {torn}");
 }
 
-fn ways_out_do_not_lead_down([from, to]: [Xyz; 2]) {
+fn retract_moves_do_not_lead_down([from, to]: [Xyz; 2]) {
     let mut guard = guard(Interpolation::Linear, true);
     if guard.locate(place(from)).is_err() || !guard.is_inside_jogging_clearance() {
         return passed_over();

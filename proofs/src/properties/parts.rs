@@ -26,9 +26,9 @@ properties! {
         => "a point is free exactly when it is farther than the threshold from every edge, on the free \
             side and in no keep-out zone";
         random 40_000;
-    clear_motions_and_fans_stay_free |d|
+    clear_motions_and_swept_triangles_stay_free |d|
         if let Some(part) = part(d) {
-            clear_motions_and_fans_stay_free(
+            clear_motions_and_swept_triangles_stay_free(
                 &part,
                 [d.point(), d.point(), d.point()],
                 d.radius() / 4,
@@ -41,9 +41,9 @@ properties! {
             threshold";
         random 40_000;
     // Evidence for SR-14.
-    ways_out_come_nearer_to_nothing |d|
+    retract_moves_come_nearer_to_nothing |d|
         if let Some(part) = part(d) {
-            ways_out_come_nearer_to_nothing(&part, [d.point(), d.point()], d.radius(), d.int(0, 16))
+            retract_moves_come_nearer_to_nothing(&part, [d.point(), d.point()], d.radius(), d.int(0, 16))
         } else {
             passed_over()
         }
@@ -93,10 +93,10 @@ properties! {
         => "clearance is a lower bound on the distance to every edge, within three units";
         random 20_000;
     // Evidence for SR-05.
-    what_is_clear_of_the_coarse_part_is_clear_of_the_part |d|
+    what_is_clear_of_the_simplified_outline_is_clear_of_the_part |d|
         if let Some(part) = wavy(d) {
             let tolerance = d.int(0, 30);
-            what_is_clear_of_the_coarse_part_is_clear_of_the_part(
+            what_is_clear_of_the_simplified_outline_is_clear_of_the_part(
                 &part,
                 tolerance,
                 [beside(d, &part), beside(d, &part), beside(d, &part)],
@@ -106,9 +106,9 @@ properties! {
         => "points, motions and swept triangles that are free of the simplified outline are free of the \
             part at the same threshold; clear points have the same side in both";
         random 30_000;
-    coarse_chords_cover_their_runs |d|
+    simplified_chords_cover_their_runs |d|
         if let Some(part) = wavy(d) {
-            coarse_chords_cover_their_runs(&part, d.int(0, 30))
+            simplified_chords_cover_their_runs(&part, d.int(0, 30))
         }
         => "every edge of the part, with its chord-error bound, lies within the bound of one chord of the \
             simplified outline; the chord runs from vertex to vertex";
@@ -202,7 +202,12 @@ fn place([a, b, c]: [Xy; 3], [s, t]: [i64; 2]) -> (Xy, bool) {
     ((x.div_euclid(256), y.div_euclid(256)), x % 256 == 0 && y % 256 == 0)
 }
 
-fn clear_motions_and_fans_stay_free(part: &ProhibitedRegion, corners: [Xy; 3], r: i64, shares: [i64; 2]) {
+fn clear_motions_and_swept_triangles_stay_free(
+    part: &ProhibitedRegion,
+    corners: [Xy; 3],
+    r: i64,
+    shares: [i64; 2],
+) {
     let [a, b, c] = corners;
     let t = length(r);
     let Ok(first) = part.free_point(at(a), t) else { return passed_over() };
@@ -226,7 +231,7 @@ fn squares(edge: &Edge, p: Point) -> (Wide, Wide) {
     oracle::point_segment_distance_2(&big(p), &big(edge.chord.from), &big(edge.chord.to))
 }
 
-fn ways_out_come_nearer_to_nothing(part: &ProhibitedRegion, [p, q]: [Xy; 2], r: i64, share: i64) {
+fn retract_moves_come_nearer_to_nothing(part: &ProhibitedRegion, [p, q]: [Xy; 2], r: i64, share: i64) {
     let Some(clearance) = part.clearance(at(p)) else { return passed_over() };
     let Ok(from) = part.free_point(at(p), clearance.min(length(r))) else { return passed_over() };
     let Ok(end) = part.retract(from, at(q), length(r)) else { return passed_over() };
@@ -323,7 +328,7 @@ fn clearance_is_below_the_distance(part: &ProhibitedRegion, p: Xy) {
     assert!(c >= limit - 3 || !clear_of_all(part, p, c + 3), "{part:?} {p:?} {c}");
 }
 
-fn what_is_clear_of_the_coarse_part_is_clear_of_the_part(
+fn what_is_clear_of_the_simplified_outline_is_clear_of_the_part(
     part: &ProhibitedRegion,
     tolerance: i64,
     corners: [Xy; 3],
@@ -362,7 +367,7 @@ fn what_is_clear_of_the_coarse_part_is_clear_of_the_part(
     }
 }
 
-fn coarse_chords_cover_their_runs(part: &ProhibitedRegion, tolerance: i64) {
+fn simplified_chords_cover_their_runs(part: &ProhibitedRegion, tolerance: i64) {
     let simplified = part.simplified(length(tolerance)).expect("fewer edges");
     let mut covered = 0;
     for edge in simplified.edges() {

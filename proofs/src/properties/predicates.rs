@@ -68,8 +68,8 @@ properties! {
         crossing_properly_is_one_point_inside_both::<D::Width>(d.point(), d.point(), d.point(), d.point())
         => "segments cross properly exactly when they share a point and no end of one is on the other";
         every 3 random 200_000;
-    fan_covers_every_retargeted_motion |d|
-        fan_covers_every_retargeted_motion::<D::Width>(
+    swept_triangle_covers_every_retargeted_motion |d|
+        swept_triangle_covers_every_retargeted_motion::<D::Width>(
             [d.point(), d.point(), d.point()],
             (d.int(0, 4), 4),
             d.point(),
@@ -80,9 +80,9 @@ properties! {
             triangle";
         every 1 random 100_000;
     // Evidence for SR-14.
-    receding_never_comes_nearer |d|
-        receding_never_comes_nearer::<D::Width>(d.point(), d.point(), d.point(), d.point())
-        => "a motion recedes exactly when no point of it is nearer than its start";
+    retracting_never_comes_nearer |d|
+        retracting_never_comes_nearer::<D::Width>(d.point(), d.point(), d.point(), d.point())
+        => "a motion retracts exactly when no point of it is nearer than its start";
         every 3 random 200_000;
     // Evidence for SR-01.
     box_segment_is_exact |d| {
@@ -250,7 +250,7 @@ pub fn beyond_is_exact<L: FromPlain>([a, b]: [Xy; 2], points: [Xy; 2], r: i64) {
 ///
 /// # Panics
 /// When the property does not hold.
-pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
+pub fn swept_triangle_covers_every_retargeted_motion<L: FromPlain>(
     corners: [Xy; 3],
     share: (i64, i64),
     d: Xy,
@@ -274,11 +274,11 @@ pub fn fan_covers_every_retargeted_motion<L: FromPlain>(
     }
 }
 
-/// A motion recedes from a segment exactly when no point of it is nearer than its start.
+/// A motion retracts from a segment exactly when no point of it is nearer than its start.
 ///
 /// # Panics
 /// When the property does not hold.
-pub fn receding_never_comes_nearer<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy) {
+pub fn retracting_never_comes_nearer<L: FromPlain>(p: Xy, q: Xy, a: Xy, b: Xy) {
     let answer = retract::<L>(L::site(p), L::site(q), L::site(a), L::site(b));
     assert_eq!(
         answer,

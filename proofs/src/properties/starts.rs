@@ -24,20 +24,20 @@ properties! {
         random 1_000;
 }
 
-/// A square whose simplified outline is larger by `coarser` on each side.
-fn beside(coarser: i64) -> Guard {
+/// A square whose simplified outline is larger by `simplified_by` on each side.
+fn beside(simplified_by: i64) -> Guard {
     let rules = square::rules(Interpolation::Linear, true);
-    Guard::new(Arc::new(square::square(0)), Arc::new(square::square(coarser)), rules)
+    Guard::new(Arc::new(square::square(0)), Arc::new(square::square(simplified_by)), rules)
 }
 
-fn starts_beside_the_simplified_outline_are_inside(coarser: i64, x: i64, y: i64) {
-    let mut guard = beside(coarser);
+fn starts_beside_the_simplified_outline_are_inside(simplified_by: i64, x: i64, y: i64) {
+    let mut guard = beside(simplified_by);
     guard.locate(at((x, y)).in_plane()).expect("it is beside the part");
-    let inside = -x <= MANUAL + coarser;
-    assert_eq!(guard.is_inside_jogging_clearance(), inside, "{coarser} {x} {y}");
+    let inside = -x <= MANUAL + simplified_by;
+    assert_eq!(guard.is_inside_jogging_clearance(), inside, "{simplified_by} {x} {y}");
     let away = at((x - 300, y)).in_plane();
-    assert_eq!(guard.admissions().admit(away).is_ok(), !inside, "{coarser} {x} {y}");
-    assert_eq!(guard.admissions().admit_retract(away).is_ok(), inside, "{coarser} {x} {y}");
+    assert_eq!(guard.admissions().admit(away).is_ok(), !inside, "{simplified_by} {x} {y}");
+    assert_eq!(guard.admissions().admit_retract(away).is_ok(), inside, "{simplified_by} {x} {y}");
 }
 
 /// Jogs along a line. The controller acknowledges and reads each, and has executed none.

@@ -17,7 +17,7 @@ use crate::smt::term::{Term, square, whole};
 const ENDS: (i8, i8) = (1, 2);
 const CORNERS: (i8, i8) = (2, 3);
 
-const SLACK: &str = "chord_slack";
+const CHORD_ERROR_BOUND: &str = "chord_error_bound";
 const CORNER: &str = "swept_arc_corner";
 
 fn number(units: i8) -> Term {
@@ -75,7 +75,7 @@ fn is_chord(a: V, b: V, rho: Term) -> Fact {
 
 /// The least distance of a chord from the centre.
 const CHORD_DISTANCE: Contract<6, 0> = Contract {
-    theorem: SLACK,
+    theorem: CHORD_ERROR_BOUND,
     name: "four times the square of a chord point's distance is at least 4(ρ − 2)² − L²",
     statement: |_, [ax, ay, bx, by, rho, m], []| {
         let (a, b) = (v(ax, ay), v(bx, by));
@@ -90,8 +90,8 @@ const CHORD_DISTANCE: Contract<6, 0> = Contract {
 };
 
 /// The theorem about the chord-error bound of chords.
-pub const CHORD_SLACK: Theorem = Theorem {
-    name: SLACK,
+pub const CHORD_ERROR: Theorem = Theorem {
+    name: CHORD_ERROR_BOUND,
     source: "ArcChords::check, SweptArc::chord_error",
     claim: "a point of the curve at the polar angle of a point of the chord is within sagitta + 4 of that \
             point: ⌊L² / 7ρ⌋ + 1 + 4",
@@ -189,7 +189,7 @@ pub const SWEPT_RULES: Theorem = Theorem {
             from the curve",
     proof: |prover| {
         let [curve, chord, foot] = ["curve", "chord", "foot"].map(V::unknown);
-        let [rho, t, chord_error] = ["rho", "t", "slack"].map(Term::fresh);
+        let [rho, t, chord_error] = ["rho", "t", "chord_error"].map(Term::fresh);
         let on_curve = in_ring(curve.norm_2(), rho, ENDS);
         let far = less(square(t), (curve - chord).norm_2());
         let sizes = [at_least_zero(t), at_most(whole(64), rho)];

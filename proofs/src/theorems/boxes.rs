@@ -186,7 +186,7 @@ pub const PRUNING: Theorem = Theorem {
 /// The theorem that the points near a segment form a convex set.
 pub const CONVEX: Theorem = Theorem {
     name: "near_is_convex",
-    source: "Window::within_reach_of, index::cells (blocked squares), simplify::coarsen",
+    source: "Window::within_reach_of, index::cells (blocked squares), simplify::simplify",
     claim: "the points within r of a segment form a convex set: it holds a square with the square's \
             corners, and a chord with the chord's ends",
     proof: |prover| {

@@ -20,7 +20,7 @@ pub const POLYGON_PRUNING: Theorem = Theorem {
     proof: |prover| {
         let low = V::unknown("low");
         let [high, a, b, x] = ["high", "a", "b", "x"].map(|name| low.other(name));
-        let (t, chord_error) = (Term::fresh("T"), Term::fresh("slack"));
+        let (t, chord_error) = (Term::fresh("T"), Term::fresh("chord_error"));
         let c = x + V::unknown("way");
         let way = c - x;
         let grown = [low - v(t, t), high + v(t, t)];

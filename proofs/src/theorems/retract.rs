@@ -1,4 +1,4 @@
-//! Motions that recede from a segment.
+//! Motions that retract from a segment.
 //!
 //! Evidence for SR-14.
 
@@ -12,9 +12,9 @@ use crate::smt::run::Theorem;
 use crate::smt::symbolic::Symbolic;
 use crate::smt::term::{Term, whole};
 
-/// The theorem about receding motions.
-pub const RECEDES: Theorem = Theorem {
-    name: "recedes",
+/// The theorem about retracting motions.
+pub const RETRACTS: Theorem = Theorem {
+    name: "retracts",
     source: "predicate::retract",
     claim: "yes: no point of the motion is nearer to any point of the segment than its start is to the \
             segment; no: some point of the motion is nearer to the segment than its start is",

@@ -74,7 +74,7 @@ impl EvidenceKind {
     pub fn command(self) -> &'static str {
         match self {
             Self::Theorem => "keepout-proofs prove --only NAME",
-            Self::Property => "cargo test -p keepout-proofs --lib NAME",
+            Self::Property => "cargo test -p keepout-proofs --test properties NAME",
             Self::Soak => "keepout-proofs soak --seed 1",
             Self::Harness => "keepout-proofs model-check NAME",
             Self::World => "keepout-proofs explore --only NAME",

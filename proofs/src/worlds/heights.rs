@@ -99,7 +99,7 @@ fn errors() -> Vec<World> {
             start: (-60, 200, -100),
             ..jogs(
                 // Evidence for SR-13, SR-14.
-                "heights: ways out and up",
+                "heights: retract moves aside and up",
                 &[(-300, 200, -100), (-60, 600, -100), OVER],
                 [3, 4, 0, 0],
                 QUIET,

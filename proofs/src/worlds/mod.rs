@@ -54,7 +54,7 @@ const JOGS: World = World {
     trouble: QUIET,
     drive: STRAIGHT,
     checked: false,
-    coarser: 0,
+    simplified_by: 0,
 };
 
 /// A contour along the part. A tool that skips one of its corners cuts through the part.
@@ -70,7 +70,7 @@ const CONTOUR: World = World {
     trouble: QUIET,
     drive: MotionModel { cancels: false, ..STRAIGHT },
     checked: false,
-    coarser: 0,
+    simplified_by: 0,
 };
 
 /// All worlds.
@@ -195,14 +195,14 @@ fn machines() -> Vec<World> {
             start: (-60, 200, 0),
             targets: &[(-300, 200, 0), (-60, 600, 0), (-97, -40, 0), WEST],
             // Evidence for SR-14.
-            ..with("ways out", [2, 4, 1, 1], QUIET)
+            ..with("retract moves", [2, 4, 1, 1], QUIET)
         },
         // At this start only the simplified outline is too near.
         World {
             start: (-104, 200, 0),
-            coarser: 8,
+            simplified_by: 8,
             targets: &[(-108, 200, 0), (-109, 200, 0), (-104, 600, 0), WEST],
-            ..with("ways out of a coarser part", [2, 4, 1, 1], QUIET)
+            ..with("retract moves from a simplified outline", [2, 4, 1, 1], QUIET)
         },
     ]
 }

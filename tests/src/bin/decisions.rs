@@ -120,7 +120,7 @@ fn measure(arguments: &Arguments, plan: CertifiedPlan) -> Result<f64, String> {
     for cause in [Cause::Reply, Cause::OperatorInput, Cause::Tick] {
         row(&format!("{cause:?}"), taken.iter().filter(|each| each.cause == cause));
     }
-    for phase in [Phase::Manual, Phase::Sliding, Phase::Escaping, Phase::Touching, Phase::Contouring] {
+    for phase in [Phase::Manual, Phase::Sliding, Phase::Retracting, Phase::Touching, Phase::Contouring] {
         row(&format!("{phase:?}"), taken.iter().filter(|each| each.phase == phase));
     }
     println!("\n{travelled}");

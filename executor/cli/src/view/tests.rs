@@ -78,7 +78,7 @@ fn every_headline_fits_80_columns_large() {
         Headline::EndOfTravel,
         Headline::Contouring { percent: Some(100) },
         Headline::Contouring { percent: None },
-        Headline::Escaping,
+        Headline::Retracting,
         Headline::Touching,
         Headline::Pausing,
         Headline::Paused,

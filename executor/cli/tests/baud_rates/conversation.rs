@@ -161,7 +161,7 @@ fn same(what: &str, ours: &Vec<String>, theirs: &Vec<String>) -> Result<(), Stri
 fn part_of(phase: Phase) -> &'static str {
     match phase {
         Phase::Starting => "start",
-        Phase::Manual | Phase::Sliding | Phase::Escaping => "by hand",
+        Phase::Manual | Phase::Sliding | Phase::Retracting => "by hand",
         Phase::Touching => "touched",
         Phase::Contouring | Phase::Holding => "contour",
         Phase::Faulted => "fault",

@@ -15,7 +15,7 @@ use keepout_planner::units::{mm, place_from_mm};
 /// The deepest gouge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gouging {
-    /// Depth, mm: the shortest way out, aside or upward.
+    /// Depth, mm: the shortest distance out of it, aside or upward.
     pub depth_mm: f64,
     /// Time of the sample.
     pub at: Time,

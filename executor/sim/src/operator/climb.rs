@@ -58,7 +58,7 @@ pub(super) fn to_contact(view: &OperatorView) -> Option<OperatorInput> {
     let up = |up: f64| Some(OperatorInput { up, ..still });
     let beside = Mm2::new(view.part_box.low.x - BESIDE_MM, view.part_box.middle().y);
     let away = beside - position;
-    if view.phase == Phase::Escaping {
+    if view.phase == Phase::Retracting {
         return up(1.0);
     }
     if height_mm <= START_MM / 2.0 && position.x <= view.part_box.low.x {

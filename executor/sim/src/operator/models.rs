@@ -227,7 +227,7 @@ impl Operator for Model {
         };
         // After an interrupted contour the tool stands inside the jogging clearance: the model leads it away
         // first.
-        let turn = if view.phase == Phase::Escaping { std::f64::consts::PI } else { 0.0 };
+        let turn = if view.phase == Phase::Retracting { std::f64::consts::PI } else { 0.0 };
         OperatorInput {
             velocity: position.direction_to(wall).turned(turn) * APPROACH,
             armed: true,

@@ -282,7 +282,7 @@ impl Player {
         // The log has a change of phase after the bytes of that step. So the motion may belong to either
         // phase.
         let before = self.last_phase.as_ref().map(|(phase, _)| *phase);
-        let retracts = supervisor.phase() == Phase::Escaping || before == Some(Phase::Escaping);
+        let retracts = supervisor.phase() == Phase::Retracting || before == Some(Phase::Retracting);
         let (levels, rules) = (supervisor.work().levels(), supervisor.guard().rules());
         CertificateRules { levels, rules, retracts }.check(certificate, self.last)?;
         self.last = Some(certificate.target());

@@ -100,7 +100,7 @@ impl Timeline {
     pub(super) fn pass(&mut self, phase: Phase, now: Time) {
         let spent = match phase {
             Phase::Starting => &mut self.spent.starting,
-            Phase::Manual | Phase::Sliding | Phase::Escaping => &mut self.spent.by_hand,
+            Phase::Manual | Phase::Sliding | Phase::Retracting => &mut self.spent.by_hand,
             Phase::Touching => &mut self.spent.touching,
             Phase::Contouring => &mut self.spent.contouring,
             Phase::Holding => &mut self.spent.held,
@@ -139,7 +139,7 @@ impl Timeline {
             }
             Phase::Starting => TimelineEntry::Recovered,
             Phase::Done => TimelineEntry::Ended,
-            Phase::Manual | Phase::Sliding | Phase::Escaping | Phase::Stopping => return,
+            Phase::Manual | Phase::Sliding | Phase::Retracting | Phase::Stopping => return,
         };
         self.happenings.push((now, happening, at));
     }

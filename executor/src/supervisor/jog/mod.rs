@@ -221,13 +221,13 @@ impl JogPlanner {
             return;
         }
         let Some(from) = context.guard.confirmed() else { return };
-        let speed = (velocity.length() * context.limits.speed_mm_s).min(ESCAPE_MM_S);
+        let speed = (velocity.length() * context.limits.speed_mm_s).min(RETRACT_MM_S);
         let along = match context.abilities.interpolation {
             Interpolation::Linear => velocity,
             Interpolation::Independent if velocity.x.abs() > velocity.y.abs() => Mm2 { y: 0.0, ..velocity },
             Interpolation::Independent => Mm2 { x: 0.0, ..velocity },
         };
-        let to = from.point().translated(vector(along, ESCAPE_STEP_MM));
+        let to = from.point().translated(vector(along, RETRACT_STEP_MM));
         let Ok(to) = to else { return };
         let admissions = context.guard.admissions();
         let mut best = None;
@@ -328,6 +328,6 @@ impl JogPlanner {
 }
 
 /// Greatest speed of a retract move, mm/s.
-const ESCAPE_MM_S: f64 = 5.0;
+const RETRACT_MM_S: f64 = 5.0;
 /// Greatest length of a retract move, mm.
-const ESCAPE_STEP_MM: f64 = 2.0;
+const RETRACT_STEP_MM: f64 = 2.0;

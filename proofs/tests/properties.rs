@@ -1,0 +1,16 @@
+//! Each property is a test: `cargo test -p keepout-proofs --test properties NAME`.
+//!
+//! The tests come from the list of properties, and so the crate is not compiled once more for them.
+
+use keepout_proofs::properties;
+use libtest_mimic::{Arguments, Trial};
+
+fn main() {
+    let test = |property: &'static keepout_proofs::property::Property| {
+        Trial::test(property.name, || {
+            property.check();
+            Ok(())
+        })
+    };
+    libtest_mimic::run(&Arguments::from_args(), properties::all().into_iter().map(test).collect()).exit();
+}
