@@ -43,6 +43,7 @@ fn differing<'a>(kept: &'a str, made: &'a str) -> Option<(&'a str, &'a str)> {
 }
 
 #[test]
+#[ignore = "it runs every figure: a minute, in `.ci/weekly studies`"]
 fn page_agrees_with_its_generator() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/research");
     let page = page(&mut |_, _| {}).unwrap();
