@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use keepout_drives::interpolator::{Drives, QueuedMotion};
+use keepout_drives::interpolator::{Drives, QueuedMotion, StepOutcome};
 use keepout_executor::session::{Sample, SampleKind};
 use keepout_guard::Time;
 use keepout_planner::Mm3;
@@ -24,6 +24,23 @@ pub(super) struct Plant {
 
 /// Shortest block, mm. Shorter ones are skipped.
 const SHORTEST: f64 = 1e-9;
+
+/// Advances a motion from one time to its next event, the other time at most, and adds a sample at each corner.
+/// Returns the time of the event.
+pub(super) fn run_motion(
+    motion: &mut QueuedMotion,
+    [from, to]: [Time; 2],
+    sample: impl Fn(Mm3, Time) -> Sample,
+    into: &mut Vec<Sample>,
+) -> (Time, StepOutcome) {
+    let left = to.since(from).as_secs_f64();
+    let step = motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
+    let at = if step < left { from.after(Duration::from_secs_f64(step)) } else { to };
+    let outcome = motion.advance(step, |corner, after| {
+        into.push(sample(corner, from.after(Duration::from_secs_f64(after)).min(at)));
+    });
+    (at, outcome)
+}
 
 impl Plant {
     /// Its present time.
@@ -146,19 +163,10 @@ impl Plant {
             self.go_on_apart(apart, now);
             return;
         }
-        let left = now.since(self.now).as_secs_f64();
-        let step = self.motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
-        let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };
         let kind = if self.motion.is_resting() { SampleKind::Rest } else { self.kind };
-        let (samples, from) = (&mut self.samples, self.now);
-        self.motion.advance(step, |position_mm, after| {
-            samples.push(Sample {
-                at: from.after(Duration::from_secs_f64(after)).min(at),
-                position_mm,
-                kind,
-            });
-        });
-        self.samples.push(Sample { at, position_mm: self.motion.position(), kind });
+        let sample = |position_mm, at| Sample { at, position_mm, kind };
+        let (at, _) = run_motion(&mut self.motion, [self.now, now], sample, &mut self.samples);
+        self.samples.push(sample(self.motion.position(), at));
         self.now = at;
     }
 

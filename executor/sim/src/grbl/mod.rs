@@ -16,6 +16,7 @@ use keepout_planner::Mm3;
 use keepout_planner::machine::MachineProfile;
 
 use super::controller::{Disturbance, SimulatedController};
+use super::plant::run_motion;
 
 /// The set-up of a simulated controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -248,15 +249,9 @@ impl GrblSim {
     /// Runs until the next event, `now` at most.
     fn go_on(&mut self, now: Time) {
         let now = self.deaf_until.map_or(now, |until| until.min(now)).max(self.now);
-        let left = now.since(self.now).as_secs_f64();
-        let step = self.motion.next_event().map_or(left, |event| (event + 1e-6).min(left));
-        let at = if step < left { self.now.after(Duration::from_secs_f64(step)) } else { now };
-        let kind = self.sample_kind();
-        let (samples, by, from) = (&mut self.samples, self.unknown_by, self.now);
-        let outcome = self.motion.advance(step, |corner, after| {
-            let at = from.after(Duration::from_secs_f64(after)).min(at);
-            samples.push(Sample { at, position_mm: corner + by, kind });
-        });
+        let (kind, by) = (self.sample_kind(), self.unknown_by);
+        let sample = |position: Mm3, at| Sample { at, position_mm: position + by, kind };
+        let (at, outcome) = run_motion(&mut self.motion, [self.now, now], sample, &mut self.samples);
         match outcome {
             StepOutcome::Held => self.mode = Mode::Hold,
             StepOutcome::Flushed => self.come_to_idle(at),
@@ -265,7 +260,7 @@ impl GrblSim {
             }
             StepOutcome::Going => {}
         }
-        self.samples.push(Sample { at, position_mm: self.motion.position() + by, kind });
+        self.samples.push(sample(self.motion.position(), at));
         self.now = at;
         if self.deaf_until.is_some_and(|until| until <= at) {
             self.hear_again();
