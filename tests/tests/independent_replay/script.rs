@@ -21,6 +21,7 @@ impl CheckScript {
     pub fn found(name: &str) -> Option<Self> {
         let version = Command::new("python3").arg("--version").output();
         if !version.is_ok_and(|output| output.status.success()) {
+            assert!(std::env::var_os("CI").is_none(), "CI skips nothing: install python3");
             println!("skipped: no python3");
             return None;
         }
