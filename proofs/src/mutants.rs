@@ -3,7 +3,7 @@
 //! `.ci/weekly` runs it, part by part, with the settings of `proofs/mutants`. `keepout-proofs mutants` keeps
 //! the outcomes in `proofs/results/mutants.tsv`, and writes the page `docs/safety/mutants.md`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -128,6 +128,21 @@ fn digest(root: &Path, file: &str) -> io::Result<String> {
 /// The file with the rows, under the root of the workspace.
 fn table(root: &Path) -> PathBuf {
     root.join("proofs/results/mutants.tsv")
+}
+
+/// The files that changed since the kept rows were tried.
+///
+/// # Errors
+/// When the rows or one of their files cannot be read.
+pub fn changed_files(root: &Path) -> io::Result<BTreeSet<String>> {
+    let rows = fs::read_to_string(table(root))?;
+    let mut changed = BTreeSet::new();
+    for row in rows.lines().filter_map(MutantRow::of_line) {
+        if !changed.contains(&row.file) && digest(root, &row.file)? != row.digest {
+            changed.insert(row.file);
+        }
+    }
+    Ok(changed)
 }
 
 /// The outcomes for the listed mutants, of the code as it is now.

@@ -2,6 +2,7 @@
 #![cfg(all(feature = "guard", feature = "tools", feature = "solvers"))]
 
 use keepout_proofs::faults::workspace;
+use keepout_proofs::mutants;
 use keepout_proofs::trace::{self, EvidenceKind, SafetyTrace, TraceGap, TracedEvidence, page};
 
 fn read() -> SafetyTrace {
@@ -21,6 +22,16 @@ fn pages_are_up_to_date() {
         let kept = std::fs::read_to_string(workspace().join("docs/safety").join(name)).unwrap_or_default();
         assert!(kept == text, "docs/safety/{name} is old: run `keepout-proofs trace`");
     }
+}
+
+/// The page of mutants counts those of a changed file as not tried, once it is written again.
+#[test]
+fn rows_of_mutants_are_of_the_code_as_it_is() {
+    let changed = mutants::changed_files(&workspace()).expect("`keepout-proofs mutants` has written them");
+    assert!(
+        changed.is_empty(),
+        "changed since their mutants were tried: {changed:?}. Run `keepout-proofs mutants`"
+    );
 }
 
 /// A requirement that nobody tests, a test that cannot fail, evidence for nothing, and wrong numbers.

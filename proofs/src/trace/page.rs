@@ -158,9 +158,10 @@ fn write_impact(text: &mut String, trace: &SafetyTrace) -> Result {
          implements safety\nrequirements. After a change of it, run its evidence again, and read the change against \
          its requirements. The names\nare in [the trace](trace.md). `.ci/run` runs all but the long runs, for every \
          change.\n\n\
-         A file that is not in the list implements no safety requirement: `.ci/run` is enough. A change of a tool \
-         (the\ncompiler, a solver, CBMC) changes every row. A change of `proofs/`, `tests/` or `fuzz/` needs the \
-         seeded faults again:\n`keepout-proofs faults`.\n\n| evidence | command |\n|---|---|"
+         A file that is not in the list names no requirement. A trusted file or a dialect without a row needs its \
+         mutants\nand its seeded faults again, for any other file `.ci/run` is enough. A change of a tool (the \
+         compiler, a solver, CBMC)\nchanges every row. A change of `proofs/`, `tests/` or `fuzz/` needs the seeded \
+         faults again: `keepout-proofs faults`.\n\n| evidence | command |\n|---|---|"
     )?;
     for kind in KINDS {
         writeln!(text, "| {} | `{}` |", kind.plural(), kind.command())?;

@@ -98,12 +98,16 @@ fn name(line: &str) -> Option<String> {
     words.find(|word| *word != "fn").map(String::from)
 }
 
-/// The names of a file's tests with a comment of their own, or of all when the file's head has one.
+/// The names of a file's tests with a comment of their own, or of all when the file's head has one. A test that is
+/// ignored shows nothing.
 pub fn tests(file: &SourceFile) -> Vec<(String, Vec<String>)> {
     let lines: Vec<&str> = file.text.lines().collect();
     let mut found = Vec::new();
     for (n, _) in lines.iter().enumerate().filter(|(_, line)| line.trim() == "#[test]") {
         let Some(at) = (n..lines.len()).find(|at| lines[*at].contains("fn ")) else { continue };
+        if lines[n..at].iter().any(|line| line.trim().starts_with("#[ignore")) {
+            continue;
+        }
         let above = lines[..n].iter().rev().take_while(|line| line.trim_start().starts_with("//"));
         let own = above.clone().find_map(|line| tied(line, EVIDENCE));
         let requirements = own.unwrap_or_else(|| of_file(&file.text, EVIDENCE));
@@ -112,4 +116,17 @@ pub fn tests(file: &SourceFile) -> Vec<(String, Vec<String>)> {
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ignored_tests_are_no_evidence() {
+        let text = "// Evidence for SR-01.\n#[test]\nfn runs() {}\n\n// Evidence for SR-02.\n#[test]\n\
+                    #[ignore = \"slow\"]\nfn rests() {}\n";
+        let file = SourceFile { path: "a.rs".into(), text: text.into() };
+        assert_eq!(tests(&file), [("runs".to_string(), vec!["SR-01".to_string()])]);
+    }
 }
