@@ -45,12 +45,12 @@ const BESIDE: [(&str, &str, &str); 8] = [
     (
         "admitted lines keep away from the part in every order of execution",
         "guard/",
-        "executor: guard/tests.rs",
+        "executor/guard/src/tests.rs",
     ),
     (
         "months of simulated hostile operation; the run detects seeded faults of the guard",
         "executor/",
-        "tests/: bin hostile",
+        "tests/src/bin/hostile/",
     ),
 ];
 
@@ -293,7 +293,7 @@ fn explored(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Result {
     writeln!(
         text,
         "\nThe worlds named \"pair\" combine each kind of fault with each other kind, except these, \
-         which assumption A-06 excludes: {}. A test shows that these defeat the evidence.",
+         which the assumptions A-06 and A-07 exclude: {}. A test shows that these defeat the evidence.",
         worlds::pairs::exclusions()
     )
 }

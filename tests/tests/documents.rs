@@ -92,8 +92,18 @@ fn broken_link(path: &Path, text: &str, target: &str) -> Option<String> {
 }
 
 /// The folders whose files documents name.
-const FOLDERS: [&str; 9] =
-    ["kernel/", "planner/", "executor/", "proofs/", "fuzz/", "tests/", "docs/", ".ci/", ".cargo/"];
+const FOLDERS: [&str; 10] = [
+    "kernel/",
+    "planner/",
+    "executor/",
+    "proofs/",
+    "fuzz/",
+    "tests/",
+    "campaigns/",
+    "docs/",
+    ".ci/",
+    ".cargo/",
+];
 
 /// Whether a code span names a missing file or folder. Names count from the root, or from a folder above the
 /// document.
