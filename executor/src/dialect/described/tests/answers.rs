@@ -77,6 +77,23 @@ fn axes_that_count_backward_turn_targets_and_places() {
 }
 
 #[test]
+fn axes_that_are_exchanged_are_so_in_targets_and_places() {
+    let jog = jog_to(5_000_000, 21_000_000, 600);
+    let plain = encoded(&mut dialect(TANGO), &jog);
+    let numbers = plain.split_once("!moa ").and_then(|(_, rest)| rest.split_once('\r')).unwrap().0;
+    let (first, second) = numbers.split_once(' ').unwrap();
+    assert_ne!(first, second);
+    let mut tango = dialect(&TANGO.replacen("[units]", "[units]\nswap = true", 1));
+    let sent = encoded(&mut tango, &jog);
+    assert!(sent.contains(&format!("!moa {second} {first}\r")), "{plain} {sent}");
+    hear(&mut tango, "@@-.-\r");
+    encoded(&mut tango, &Command::Query);
+    hear(&mut tango, "@@-.-\r");
+    let (replies, _) = hear(&mut tango, &format!("{second} {first} 0\r"));
+    assert_eq!(position(&replies), Some(place(5_000_000, 21_000_000, 0)));
+}
+
+#[test]
 fn controller_with_a_queue_accepts_contours_at_once() {
     let mut queues = dialect(OK_STYLE);
     encoded(&mut queues, &contour_to(5_000_000, 2_000_000, 600));
