@@ -13,8 +13,9 @@ use std::time::{Duration, Instant};
 use std::{fs, thread};
 
 use keepout_fuzz::{TARGETS, corpus};
-use keepout_proofs::faults::results::{self, FaultFate, FaultRow};
+use keepout_proofs::faults::results::{FaultFate, FaultRow};
 use keepout_proofs::faults::{self, FaultEngine, Fuzz, tree};
+use keepout_proofs::trace;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -48,12 +49,7 @@ fn main() -> Outcome<()> {
         }
         let begin = Instant::now();
         let found = finds(&programs.join(target), number, &folder, fuzz)?;
-        results::keep(FaultRow::new(
-            fault,
-            FaultEngine::Fuzz,
-            found.fate(target),
-            begin.elapsed().as_secs(),
-        ))?;
+        trace::keep(FaultRow::new(fault, FaultEngine::Fuzz, found.fate(target), begin.elapsed().as_secs()))?;
         missed += usize::from(matches!(found, Found::Not | Found::Otherwise));
         println!("{target}\t{found}\t{}", fault.name);
     }

@@ -5,12 +5,12 @@
 //! question. Products of unknown numbers need a solver of polynomials; sums, comparisons, memory and states suit a
 //! SAT solver; orders of messages need exploration; small domains need none of them.
 
-use Carrier::{EveryCase, Exploration, ModelChecker, Random, Theorems};
+use Carrier::{EveryCase, Exploration, ModelChecker, Random, RandomReasoned, Theorems};
 
 /// The engine that carries a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
-    /// Theorems over all numbers.
+    /// Theorems over all numbers, of which one runs the code.
     Theorems(&'static [&'static str]),
     /// Harnesses that the bounded model checker answers.
     ModelChecker(&'static [&'static str]),
@@ -20,13 +20,15 @@ pub enum Carrier {
     EveryCase,
     /// Random cases, and why no other engine answers.
     Random(&'static str),
+    /// Random cases of the code. Theorems prove the reason, and run none of the property's code, or a small part.
+    RandomReasoned(&'static [&'static str]),
 }
 
 impl Carrier {
-    /// Whether this theorem is among those that carry the property.
+    /// Whether this theorem is among those that carry the property or give its reason.
     #[must_use]
     pub fn has_theorem(self, theorem: &str) -> bool {
-        matches!(self, Theorems(names) if names.contains(&theorem))
+        matches!(self, Theorems(names) | RandomReasoned(names) if names.contains(&theorem))
     }
 
     /// The engine and the reason, for the page.
@@ -42,6 +44,9 @@ impl Carrier {
             Exploration(names) => named("exploration", names, "orders of messages"),
             EveryCase => "every case within the stated bound: the domain is small".into(),
             Random(reason) => format!("random: {reason}"),
+            RandomReasoned(names) => {
+                named("random; the reason is proved by", names, "geometry, and at most a part of the code")
+            }
         }
     }
 }
@@ -76,12 +81,15 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("retracting_never_comes_nearer", Theorems(&["retracts"])),
     ("box_segment_is_exact", Theorems(&["box_segment", "box_point"])),
     ("parity_of_a_triangle_is_its_inside", Theorems(&["ray_crosses_triangle"])),
-    ("a_unit_more_covers_rounding_by_a_unit", Theorems(&["rounding"])),
+    ("a_unit_more_covers_rounding_by_a_unit", RandomReasoned(&["rounding"])),
     (
         "polygons_of_many_corners_are_exact",
         Random("more corners than the solver takes; from there on by induction, see `convex_near_segment`"),
     ),
-    ("polygons_are_checked_at_every_side", ModelChecker(&["convex_polygons_are_asked_at_every_side"])),
+    (
+        "polygons_are_checked_at_every_side",
+        Random("corners on a circle; the model checker moves one corner of a square"),
+    ),
     // Lattice.
     ("coordinates_are_those_within_the_bound", ModelChecker(&["coordinates_are_those_within_the_bound"])),
     ("points_move_by_vectors_or_say_so", ModelChecker(&["points_move_exactly_or_say_so"])),
@@ -93,13 +101,13 @@ pub const CARRIED: &[(&str, Carrier)] = &[
         "windows_meet_when_they_share_a_point",
         ModelChecker(&["windows_meet_when_their_common_part_holds_a_point"]),
     ),
-    ("grown_windows_meet_whenever_shapes_are_near", Theorems(&["pruning"])),
+    ("grown_windows_meet_whenever_shapes_are_near", RandomReasoned(&["pruning"])),
     ("window_near_segment_is_of_its_part_on_the_lattice", Theorems(&["box_segment"])),
-    ("within_reach_is_every_point", Theorems(&["near_is_convex"])),
-    ("touching_is_a_distance_of_nothing", Theorems(&["touches"])),
+    ("within_reach_is_every_point", RandomReasoned(&["near_is_convex"])),
+    ("touching_is_a_distance_of_nothing", RandomReasoned(&["touches"])),
     ("ahead_is_the_projection", Theorems(&["swept_arc_corner"])),
     // Rings and regions.
-    ("triangles_and_quadrangles_are_rings_exactly_when_simple", Theorems(&["folds_back"])),
+    ("triangles_and_quadrangles_are_rings_exactly_when_simple", RandomReasoned(&["folds_back"])),
     ("polygons_are_rings_exactly_when_simple", Random(INDUCTION)),
     ("inside_is_the_winding", Theorems(&["ray_crosses_ring"])),
     ("area_is_the_shoelace", Random(INDUCTION)),
@@ -113,9 +121,9 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("chords_go_forward_and_are_short", Random(INDUCTION)),
     (
         "what_is_clear_of_a_swept_arc_is_clear_of_its_ring",
-        Theorems(&["swept_arc_pieces", "swept_arc_rules", "swept_arc_corner"]),
+        RandomReasoned(&["swept_arc_pieces", "swept_arc_rules", "swept_arc_corner"]),
     ),
-    ("what_touches_a_piece_of_an_arc_is_near", Theorems(&["swept_arc_rules", "chord_error_bound"])),
+    ("what_touches_a_piece_of_an_arc_is_near", RandomReasoned(&["swept_arc_rules", "chord_error_bound"])),
     ("weights_and_counts_are_checked", ModelChecker(&["weights_are_in_their_range"])),
     (
         "what_follows_a_line_is_within_the_chord_error",
@@ -133,20 +141,20 @@ pub const CARRIED: &[(&str, Carrier)] = &[
         "boxes_of_a_node_meet_as_windows_do",
         ModelChecker(&["nodes_meet_as_their_boxes_do", "empty_lanes_meet_nothing"]),
     ),
-    ("queries_are_those_over_all_edges", Theorems(&["pruning", "polygon_pruning", "box_side"])),
+    ("queries_are_those_over_all_edges", RandomReasoned(&["pruning", "polygon_pruning", "box_side"])),
     ("few_queries_are_those_over_all_edges", EveryCase),
     ("long_motions_skip_only_what_is_beside", Theorems(&["box_side"])),
     ("claims_survive_packing", ModelChecker(&["claims_survive_packing"])),
-    ("cells_answer_as_the_index", Theorems(&["near_is_convex"])),
+    ("cells_answer_as_the_index", RandomReasoned(&["near_is_convex"])),
     ("disturbed_cells_are_refused_or_harmless", Random(INDUCTION)),
     ("what_is_near_lies_in_the_whole", Random(INDUCTION)),
     ("walks_cover_their_motion", Random("a walk with quotients; its squares are counted again in fractions")),
     // Parts.
     ("free_points_are_clear_and_on_the_free_side", Random(ANSWERS)),
-    ("clear_motions_and_swept_triangles_stay_free", Theorems(&["ray_crosses_ring"])),
+    ("clear_motions_and_swept_triangles_stay_free", RandomReasoned(&["ray_crosses_ring"])),
     ("retract_moves_come_nearer_to_nothing", Theorems(&["retracts"])),
-    ("clipped_motions_are_clear_prefixes", Theorems(&["clip_prefix"])),
-    ("prefixes_were_accepted", Theorems(&["clip_prefix"])),
+    ("clipped_motions_are_clear_prefixes", RandomReasoned(&["clip_prefix"])),
+    ("prefixes_were_accepted", RandomReasoned(&["clip_prefix"])),
     (
         "slides_keep_away_from_the_wall",
         Random("a quotient chooses the jog; the guard checks it as any other jog"),
@@ -156,17 +164,17 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("what_is_clear_of_the_simplified_outline_is_clear_of_the_part", Random(ANSWERS)),
     ("simplified_chords_cover_their_runs", Random(INDUCTION)),
     // Levels.
-    ("levels_hold_what_stands_above_the_tip", Theorems(&["levels_are_monotone"])),
-    ("levels_are_monotone", Theorems(&["levels_are_monotone"])),
+    ("levels_hold_what_stands_above_the_tip", RandomReasoned(&["levels_are_monotone"])),
+    ("levels_are_monotone", RandomReasoned(&["levels_are_monotone"])),
     ("certificates_do_not_hold_below_their_level", Random(ANSWERS)),
     ("levels_fall_from_top_to_top", Random(INDUCTION)),
     ("levels_of_copies_share_their_outlines", Random("addresses of memory, which no other engine has")),
     // Guard.
-    ("hull_holds_its_points_and_no_others", Theorems(&["hull_is_one_polygon", "convex_holds"])),
+    ("hull_holds_its_points_and_no_others", RandomReasoned(&["hull_is_one_polygon", "convex_holds"])),
     ("large_hulls_hold_their_points_and_no_others", Random(SORTING)),
     ("hulls_of_more_than_fourteen_are_none", EveryCase),
     ("nearest_of_a_hull_is_nearest", EveryCase),
-    ("admitted_jogs_keep_the_hull_clear", Theorems(&["in_flight_is_convex", "hull_is_one_polygon"])),
+    ("admitted_jogs_keep_the_hull_clear", RandomReasoned(&["in_flight_is_convex", "hull_is_one_polygon"])),
     (
         "admitted_cancels_keep_their_reach_clear",
         Exploration(&["cancels that leave the path", "cancels that leave the box"]),
@@ -178,7 +186,9 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     ("reports_off_the_set_are_refused", Random(REFUSALS)),
     (
         "acknowledgements_are_counted",
-        ModelChecker(&["acknowledgements_need_a_line", "a_rejected_line_stays_in_the_set"]),
+        Random(
+            "any order of answers and rejections; a harness has two of them, and worlds have no answer too many",
+        ),
     ),
     (
         "evidence_is_newer_than_what_it_settles",
@@ -189,7 +199,7 @@ pub const CARRIED: &[(&str, Carrier)] = &[
         Exploration(&["a line is refused", "a line comes twice, and once is refused"]),
     ),
     ("one_retract_move_at_a_time", Exploration(&["retract moves"])),
-    ("contours_go_on_one_by_one", ModelChecker(&["contours_wait_for_each_line"])),
+    ("contours_go_on_one_by_one", Exploration(&["contour", "contour, lines lost"])),
     ("certified_contours_are_joined_and_clear", Random(ANSWERS)),
     (
         "arcs_on_the_wire_are_short_and_not_too_short",
@@ -227,7 +237,7 @@ pub const CARRIED: &[(&str, Carrier)] = &[
     // Heights.
     (
         "jogs_are_clear_of_what_stands_above_the_lowest_height",
-        Theorems(&["lowest_height_suffices", "levels_are_monotone"]),
+        RandomReasoned(&["lowest_height_suffices", "levels_are_monotone"]),
     ),
     ("jogs_are_refused_only_for_a_reason", Random(REFUSALS)),
     ("rises_are_always_admitted", Random("an admission, which exploration needs and does not count")),

@@ -124,7 +124,8 @@ fn properties_of(text: &mut String, failed: &mut Vec<String>) -> std::fmt::Resul
          - *Premise met in*: the cases that meet the property's premise. The other cases prove nothing.\n\
          - *Carried by*: the engine that answers the same question for the most inputs, and why that one. The \
          solver answers for all numbers, the model checker for every input within its bounds, and exploration for \
-         every order of messages within its bounds. `src/carried.rs` has the list.\n\n\
+         every order of messages within its bounds. Where theorems run none of the code, or a small part, they \
+         prove the reason, and random cases carry the property. `src/carried.rs` has the list.\n\n\
          All properties hold on the machine that wrote this page, in the stated time.",
         all.len()
     )?;
@@ -316,8 +317,8 @@ fn seeded(text: &mut String) -> std::fmt::Result {
          survived, {} are equivalent, {} were not decided in ten minutes, {} were not run. {} of these must be \
          noticed by the hostile simulation, too. {} are for ordinary tests. {} more are for the fuzz targets (`cargo \
          run -p keepout-fuzz --example seeded`), and are not listed here.\n\n\
-         | fault | file | properties, worlds and tests | model checker | hostile simulation |\n\
-         |---|---|---|---|---|",
+         | fault | file | properties, worlds and tests | solver | model checker | hostile simulation |\n\
+         |---|---|---|---|---|---|",
         catalogue.len(),
         of(FaultEngine::Proofs).count(),
         count("noticed"),
@@ -336,9 +337,10 @@ fn seeded(text: &mut String) -> std::fmt::Result {
         let proofs = why.map_or(proofs.clone(), |why| format!("{proofs}: {why}"));
         let asked =
             |engine| if fault.engines().contains(&engine) { fate(fault, engine) } else { "–".into() };
-        let (model, hostile) = (asked(FaultEngine::Model), asked(FaultEngine::Hostile));
+        let [solver, model, hostile] =
+            [FaultEngine::Theorem, FaultEngine::Model, FaultEngine::Hostile].map(asked);
         let files: Vec<String> = fault.edits().map(|edit| format!("`{}`", edit.file.display())).collect();
-        writeln!(text, "| {} | {} | {proofs} | {model} | {hostile} |", fault.name, files[0])?;
+        writeln!(text, "| {} | {} | {proofs} | {solver} | {model} | {hostile} |", fault.name, files[0])?;
     }
     Ok(())
 }

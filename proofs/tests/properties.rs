@@ -1,4 +1,5 @@
-//! Each property is a test: `cargo test -p keepout-proofs --test properties NAME`.
+//! Each property is a test: `cargo test -p keepout-proofs --test properties NAME`. A group in brackets, such as
+//! `[lattice]`, names all its properties.
 //!
 //! The tests come from the list of properties, and so the crate is not compiled once more for them.
 
@@ -7,10 +8,11 @@ use libtest_mimic::{Arguments, Trial};
 
 fn main() {
     let test = |property: &'static keepout_proofs::property::Property| {
-        Trial::test(property.name, || {
+        let check = || {
             property.check();
             Ok(())
-        })
+        };
+        Trial::test(property.name, check).with_kind(property.group)
     };
     libtest_mimic::run(&Arguments::from_args(), properties::all().into_iter().map(test).collect()).exit();
 }

@@ -1,7 +1,11 @@
 //! The safety trace has no gap, its pages are up to date, and it notices its own seeded defects.
 #![cfg(all(feature = "guard", feature = "tools", feature = "solvers"))]
 
-use keepout_proofs::faults::workspace;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+
+use keepout_proofs::faults::{tree, workspace};
 use keepout_proofs::mutants;
 use keepout_proofs::trace::{self, EvidenceKind, SafetyTrace, TraceGap, TracedEvidence, page};
 
@@ -16,10 +20,18 @@ fn every_requirement_is_traced_from_its_hazard_to_a_fault() {
     assert!(gaps.is_empty(), "{} gaps:\n{}", gaps.len(), list.join("\n"));
 }
 
+/// Text that is not found would change unnoticed.
+#[test]
+fn all_evidence_has_a_text() {
+    let nothing = trace::code_digest("");
+    let lost: Vec<_> = read().evidence.into_iter().filter(|each| each.digest == nothing).collect();
+    assert!(lost.is_empty(), "{lost:#?}");
+}
+
 #[test]
 fn pages_are_up_to_date() {
     for (name, text) in page::pages(&read()).expect("they can be written") {
-        let kept = std::fs::read_to_string(workspace().join("docs/safety").join(name)).unwrap_or_default();
+        let kept = fs::read_to_string(workspace().join("docs/safety").join(name)).unwrap_or_default();
         assert!(kept == text, "docs/safety/{name} is old: run `keepout-proofs trace`");
     }
 }
@@ -49,6 +61,7 @@ fn seeded_defects_of_the_trace_are_noticed() {
         file: "kernel/src/lib.rs".into(),
         requirements: requirements.iter().map(ToString::to_string).collect(),
         runs_code: true,
+        digest: String::new(),
     };
 
     let untested = |trace: &mut SafetyTrace| {
@@ -85,4 +98,44 @@ fn seeded_defects_of_the_trace_are_noticed() {
         }
     });
     assert!(gaps.iter().any(|gap| matches!(gap, TraceGap::Elsewhere { .. })), "{gaps:?}");
+}
+
+/// A file of the workspace with a text replaced, which is in it once.
+fn changed(file: &str, find: &str, with: &str) -> (PathBuf, String) {
+    let text = fs::read_to_string(workspace().join(file)).expect("the file is there");
+    assert_eq!(text.matches(find).count(), 1, "{file}: {find}");
+    (file.into(), text.replace(find, with))
+}
+
+/// A file of the workspace with a test that ends at once.
+fn emptied(file: &str, head: &str) -> (PathBuf, String) {
+    changed(file, head, &format!("{head} return;"))
+}
+
+/// The same defects in a copy of the workspace: they pass the reading of pages and sources.
+#[test]
+fn defects_of_a_copy_are_noticed() {
+    let requirements = "docs/safety/requirements.md";
+    let changes = BTreeMap::from([
+        // A requirement that nobody tests.
+        changed(requirements, "\n### SR-02 ", "\n### SR-99 Something else\n\n### SR-02 "),
+        // A property, a harness and a test that were emptied.
+        emptied("proofs/src/properties/rings.rs", "fn area_is_the_shoelace(polygon: &[Xy]) {"),
+        emptied("proofs/harnesses/src/guard.rs", "fn times_add_up_to_the_last_moment(c: &mut impl Cases) {"),
+        emptied("executor/src/supervisor/input/mod.rs", "    fn old_input_does_not_jog() {"),
+    ]);
+    let folder = std::env::temp_dir().join(format!("keepout-trace-{}", std::process::id()));
+    tree::copy_with(&folder, changes).expect("it is copied");
+    // A file that has another name than the faults give it.
+    let renamed = |name: &str| folder.join("kernel/src/exact").join(name);
+    fs::rename(renamed("predicate.rs"), renamed("moved.rs")).expect("it is there");
+    let found = trace::read(&folder).expect("the pages and sources are here").gaps();
+    fs::remove_dir_all(folder).expect("it is removed");
+
+    assert!(found.contains(&TraceGap::NoEvidence("SR-99".into())), "{found:?}");
+    for emptied in ["area_is_the_shoelace", "times_add_up_to_the_last_moment", "old_input_does_not_jog"] {
+        let gap = |gap: &TraceGap| matches!(gap, TraceGap::Changed { name, .. } if name == emptied);
+        assert!(found.iter().any(gap), "{emptied}: {found:?}");
+    }
+    assert!(found.iter().any(|gap| matches!(gap, TraceGap::Elsewhere { .. })), "{found:?}");
 }

@@ -1,4 +1,6 @@
 //! TRUSTED. The places of the in-flight set that are nearest to a reported one.
+//!
+//! Implements SR-07, SR-08, SR-09.
 
 use keepout_kernel::exact::segment::Window;
 use keepout_kernel::{Blocked, FreePoint, Point, ProhibitedRegion};

@@ -1,4 +1,6 @@
 //! TRUSTED. A free point with the height of the tip there.
+//!
+//! Implements SR-07, SR-13.
 
 use keepout_kernel::{FreePoint, Height, Length, Place, Point};
 

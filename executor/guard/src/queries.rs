@@ -1,4 +1,6 @@
 //! What the guard knows: the in-flight set, its heights, and the lines.
+//!
+//! Implements SR-05, SR-07, SR-10, SR-12, SR-13.
 
 use keepout_kernel::{Height, Point, ProhibitedRegion};
 

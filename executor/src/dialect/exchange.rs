@@ -1,5 +1,7 @@
 //! Exchanges with a controller that takes one line at a time: a line goes out when the previous one is
 //! answered.
+//!
+//! Implements SR-10, SR-18.
 
 use arrayvec::ArrayVec;
 

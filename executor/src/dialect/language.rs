@@ -1,4 +1,6 @@
 //! The dialects by name.
+//!
+//! Implements SR-17, SR-29.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,4 +1,6 @@
 //! Controller dialects, one file each.
+//!
+//! Implements SR-17, SR-18.
 
 pub mod described;
 mod exchange;

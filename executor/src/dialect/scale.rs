@@ -1,5 +1,7 @@
 //! Lengths in a controller's own counts: rounded to the nearest count for sending, and to the nearest lattice
 //! unit on receipt.
+//!
+//! Implements SR-17, SR-18.
 
 use keepout_kernel::UNITS_PER_MM;
 use keepout_kernel::curve::nearest_unit;

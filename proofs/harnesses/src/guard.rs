@@ -45,6 +45,16 @@ harnesses! {
         rest_needs_an_empty_queue:
             "a report shows rest only at rest, with no queue and nothing waiting", "every such report", unwind 1;
     }
+    "executor/guard/src/rest.rs" {
+        two_reports_at_rest_empty_the_set:
+            "without a checksum, one report in position at the target leaves it in the set, and a second one does not",
+            "two reports at the target, the second in position or not", unwind 32;
+    }
+    "executor/guard/src/nearest.rs" {
+        reports_are_as_near_as_the_box_allows:
+            "with non-interpolated axes, a report is believed up to its bound beside the box, and no farther",
+            "the last place that is believed, and the next", unwind 32;
+    }
     // Evidence for SR-08, SR-10.
     "executor/guard/src/lib.rs" {
         acknowledgements_need_a_line:
@@ -167,6 +177,49 @@ fn rest_needs_an_empty_queue(c: &mut impl Cases) {
     let feedback = PositionFeedback { position: Point::ORIGIN.in_plane(), in_position, queued, waiting };
     let empty = queued.is_none() || queued == Some(0);
     assert!(feedback.rests() == (in_position && !waiting && empty));
+}
+
+/// A report of this place, in position or not, of a controller that has read all.
+fn report(guard: &mut Guard, place: Point, in_position: bool) -> Result<(), Refusal> {
+    let feedback = PositionFeedback { position: place.in_plane(), in_position, queued: None, waiting: false };
+    let stamp = guard.stamp(Time::ZERO);
+    guard.reported(&feedback, stamp, Time::ZERO)
+}
+
+fn two_reports_at_rest_empty_the_set(c: &mut impl Cases) {
+    // A call for each case, as CBMC is slow where it does not know whether the set is empty.
+    if c.coin() {
+        assert!(places_after_rest_and(true) == 1);
+    } else {
+        assert!(places_after_rest_and(false) == 3);
+    }
+}
+
+/// How many places the set has after a report in position at the target, and another: two confirmed positions and the
+/// target, or one.
+fn places_after_rest_and(in_position: bool) -> usize {
+    let mut guard = jogging(Rules { checked: false, ..rules() });
+    guard.acknowledged().expect("a line was sent");
+    report(&mut guard, target(), true).expect("it is a place of the set");
+    report(&mut guard, target(), in_position).expect("it is a place of the set");
+    guard.in_flight().count()
+}
+
+fn reports_are_as_near_as_the_box_allows(c: &mut impl Cases) {
+    // A report is believed up to two resolutions and a unit from the set.
+    let most = 2 * RESOLUTION + 1;
+    // Two calls with a place each, as CBMC does not finish with a place that it does not know.
+    if c.coin() {
+        assert!(is_believed(START.0 + most));
+    } else {
+        assert!(!is_believed(START.0 + most + 1));
+    }
+}
+
+/// Whether a guard of non-interpolated axes believes a report there, halfway to the target.
+fn is_believed(x: i32) -> bool {
+    let mut guard = jogging(Rules { interpolation: Interpolation::Independent, ..rules() });
+    report(&mut guard, at(x, 150), false).is_ok()
 }
 
 fn acknowledgements_need_a_line(c: &mut impl Cases) {

@@ -86,6 +86,10 @@ pub enum FaultEngine {
 }
 
 impl FaultEngine {
+    /// All engines.
+    pub const ALL: [Self; 6] =
+        [Self::Proofs, Self::Hostile, Self::Fuzz, Self::Tests, Self::Model, Self::Theorem];
+
     /// Its name in the results.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -153,7 +153,7 @@ pub fn is_settled(rows: &[FaultRow], fault: &SeededFault) -> bool {
 ///
 /// # Errors
 /// The system's.
-pub fn keep(row: FaultRow) -> io::Result<()> {
+pub(crate) fn keep(row: FaultRow) -> io::Result<()> {
     let mut rows = read();
     rows.retain(|old| old.name != row.name || old.engine != row.engine);
     rows.push(row);

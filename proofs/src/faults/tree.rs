@@ -83,8 +83,11 @@ fn edited<'a>(
     Ok(files)
 }
 
-/// Brings the copy up to the workspace, but for these files.
-fn copy_with(tree: &Path, files: BTreeMap<PathBuf, String>) -> io::Result<()> {
+/// Brings the copy under `tree` up to the workspace, but for these files, whose texts are given.
+///
+/// # Errors
+/// When the tree cannot be copied.
+pub fn copy_with(tree: &Path, files: BTreeMap<PathBuf, String>) -> io::Result<()> {
     copy_but(&workspace(), tree, &files.keys().map(|file| tree.join(file)).collect())?;
     files.iter().try_for_each(|(file, text)| write_changed(&tree.join(file), text.as_bytes()))
 }

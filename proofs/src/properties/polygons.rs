@@ -22,8 +22,8 @@ properties! {
         let points: Vec<Xy> = (0..14).map(|_| on_a_circle(d, radius)).collect();
         polygons_of_many_corners_are_exact(points, (d.int(-90, 90), d.int(-90, 90)), d.int(-30, 30), d.int(0, 30))
     }
-        => "polygon–segment and point in polygon, for up to fourteen corners: near exactly when some triangle of a \
-            fan of its corners is";
+        => "polygon–segment and point in polygon, for up to fourteen corners: near exactly when some triangle of \
+            its first corner and a side is";
         random 20_000;
     polygons_are_checked_at_every_side |d| {
         let points: Vec<Xy> = (0..14).map(|_| on_a_circle(d, 50)).collect();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::{EvidenceKind, SafetyTrace};
+use super::{EvidenceKind, SafetyTrace, TracedFault};
 
 /// A gap of the trace.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -64,9 +64,25 @@ pub enum TraceGap {
         /// Its file.
         file: PathBuf,
     },
+    /// Evidence that changed since it noticed a fault: it may be empty now.
+    #[error("{}: {name} changed since it noticed a fault. Run `{command}`", .file.display())]
+    Changed {
+        /// The evidence.
+        name: String,
+        /// Its file.
+        file: PathBuf,
+        /// What seeds a fault that it noticed: one of its own requirements, or the one that it noticed soonest.
+        command: String,
+    },
     /// A fault that nobody noticed.
     #[error("\"{0}\": no engine noticed this fault: run `keepout-proofs faults --left`")]
     Unnoticed(String),
+    /// A trusted file or a dialect without a requirement.
+    #[error("{}: no comment in it says `Implements SR-nn.`", .0.display())]
+    Untied(PathBuf),
+    /// A trusted file or a dialect in which nobody noticed a fault.
+    #[error("{}: faults.toml has no fault in it that somebody noticed", .0.display())]
+    NoFaultIn(PathBuf),
     /// A fault in a file that does not implement the requirement that the fault breaks.
     #[error("\"{name}\" breaks {requirement}, and none of its files says `// Implements {requirement}.`")]
     Elsewhere {
@@ -76,6 +92,9 @@ pub enum TraceGap {
         requirement: String,
     },
 }
+
+/// Trusted files that only the exploration reads. Nothing of the product depends on them.
+const FOR_EXPLORATION: [&str; 1] = ["executor/guard/src/state.rs"];
 
 /// All gaps, in the order of the pages.
 pub fn all(trace: &SafetyTrace) -> Vec<TraceGap> {
@@ -87,8 +106,19 @@ pub fn all(trace: &SafetyTrace) -> Vec<TraceGap> {
         let (name, file) = (evidence.name.clone(), evidence.file.clone());
         if evidence.requirements.is_empty() {
             gaps.push(TraceGap::NoRequirement { name, file });
-        } else if evidence.runs_code && trace.noticed_by(evidence).next().is_none() {
-            gaps.push(TraceGap::CannotFail { name, file });
+        } else if evidence.runs_code {
+            let own = |fault: &TracedFault| evidence.requirements.contains(&fault.requirement);
+            match trace.noticed_by(evidence).min_by_key(|fault| (!own(fault), fault.seconds)) {
+                None => gaps.push(TraceGap::CannotFail { name, file }),
+                Some(_) if trace.seen.has(evidence) => {}
+                Some(fault) => {
+                    let command = match evidence.kind {
+                        EvidenceKind::Fuzz => format!("cargo run -p keepout-fuzz --example seeded {name}"),
+                        _ => format!("keepout-proofs faults --named \"{}\"", fault.name),
+                    };
+                    gaps.push(TraceGap::Changed { name, file, command });
+                }
+            }
         }
     }
     for fault in &trace.faults {
@@ -100,6 +130,15 @@ pub fn all(trace: &SafetyTrace) -> Vec<TraceGap> {
         if !fault.files.iter().any(implements) {
             let (name, requirement) = (fault.name.clone(), fault.requirement.clone());
             gaps.push(TraceGap::Elsewhere { name, requirement });
+        }
+    }
+    for file in trace.trusted.iter().filter(|file| !FOR_EXPLORATION.iter().any(|name| file.ends_with(name))) {
+        if !trace.mechanisms.iter().any(|mechanism| mechanism.file == *file) {
+            gaps.push(TraceGap::Untied(file.clone()));
+        }
+        let noticed = |fault: &TracedFault| fault.settled && fault.equivalent.is_none();
+        if !trace.faults.iter().any(|fault| fault.files.contains(file) && noticed(fault)) {
+            gaps.push(TraceGap::NoFaultIn(file.clone()));
         }
     }
     gaps

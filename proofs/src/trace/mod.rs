@@ -8,13 +8,17 @@
 mod collect;
 mod gap;
 pub mod page;
+mod seen;
 mod source;
 mod statements;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 pub use collect::read;
 pub use gap::TraceGap;
+pub use seen::{SeenTexts, keep};
+pub use source::code_digest;
 pub use statements::{Requirement, Statements};
 
 /// The kinds of evidence, in the order of the pages.
@@ -98,6 +102,8 @@ pub struct TracedEvidence {
     pub requirements: Vec<String>,
     /// Whether it runs code of the product. A theorem about the plane does not, so no fault can make it fail.
     pub runs_code: bool,
+    /// A digest of its text.
+    pub digest: String,
 }
 
 /// Code that implements requirements.
@@ -141,6 +147,10 @@ pub struct SafetyTrace {
     pub evidence: Vec<TracedEvidence>,
     /// The faults.
     pub faults: Vec<TracedFault>,
+    /// The evidence as it was when it last noticed a fault.
+    pub seen: SeenTexts,
+    /// The trusted files and the dialects: those that mutation changes.
+    pub trusted: BTreeSet<PathBuf>,
 }
 
 impl SafetyTrace {

@@ -42,7 +42,9 @@ fn write_trace(text: &mut String, trace: &SafetyTrace) -> Result {
         "# The trace\n\n`cargo run --release -p keepout-proofs -- trace` writes this page from the comments of \
          the code, from\n[hazards](hazards.md), [requirements](requirements.md) and [assumptions](assumptions.md), \
          and from the results of the\nseeded faults. CI fails when a requirement has no running evidence, when \
-         evidence belongs to no requirement, when\nnobody notices a fault, or when no fault can make a test fail.\n\n\
+         evidence belongs to no requirement, when\nnobody notices a fault, when no fault can \
+         make a test fail, or when a test changed since it \
+         noticed one\n(`proofs/results/evidence.tsv` holds digests of their texts).\n\n\
          {} requirements, {} pieces of evidence ({running} of them run code of the product), {} seeded faults. The \
          last column\nof the second table in each section names the faults that a piece of evidence noticed, in a \
          copy of the code.\n\n\
@@ -151,6 +153,18 @@ fn write_fault(text: &mut String, fault: &TracedFault) -> Result {
     writeln!(text, "| {} | `{}` | {by} | {seconds} |", fault.name.replace('|', "\\|"), file.display())
 }
 
+/// How many faults a file has, and how many of them each kind of evidence noticed.
+fn noticed_in(trace: &SafetyTrace, file: &PathBuf) -> String {
+    let faults: Vec<&TracedFault> = trace.faults.iter().filter(|fault| fault.files.contains(file)).collect();
+    let by = KINDS.into_iter().filter_map(|kind| {
+        let noticed = |fault: &&&TracedFault| fault.noticed.iter().any(|(of, _)| *of == kind);
+        let count = faults.iter().filter(noticed).count();
+        (count > 0).then(|| format!("{count} by {}", kind.plural()))
+    });
+    let by: Vec<String> = by.collect();
+    if by.is_empty() { faults.len().to_string() } else { format!("{}: {}", faults.len(), by.join(", ")) }
+}
+
 fn write_impact(text: &mut String, trace: &SafetyTrace) -> Result {
     writeln!(
         text,
@@ -158,10 +172,12 @@ fn write_impact(text: &mut String, trace: &SafetyTrace) -> Result {
          implements safety\nrequirements. After a change of it, run its evidence again, and read the change against \
          its requirements. The names\nare in [the trace](trace.md). `.ci/run` runs all but the long runs, for every \
          change.\n\n\
-         A file that is not in the list names no requirement. A trusted file or a dialect without a row needs its \
-         mutants\nand its seeded faults again, for any other file `.ci/run` is enough. A change of a tool (the \
-         compiler, a solver, CBMC)\nchanges every row. A change of `proofs/`, `tests/` or `fuzz/` needs the seeded \
-         faults again: `keepout-proofs faults`.\n\n| evidence | command |\n|---|---|"
+         A file that is not in the list names no requirement: `.ci/run` is enough. Every trusted file and every \
+         file of the\ndialects that mutation changes is in it, except `executor/guard/src/state.rs`, which only the \
+         exploration reads. A\nchange of a tool (the compiler, a solver, CBMC) changes every row. A piece of evidence \
+         that changes must notice a\nseeded fault again; CI prints the command. The last column counts no unit \
+         tests.\n\n\
+         | evidence | command |\n|---|---|"
     )?;
     for kind in KINDS {
         writeln!(text, "| {} | `{}` |", kind.plural(), kind.command())?;
@@ -178,7 +194,7 @@ fn write_impact(text: &mut String, trace: &SafetyTrace) -> Result {
     for (file, requirements) in files {
         let touched =
             trace.evidence.iter().filter(|each| requirements.iter().any(|id| each.requirements.contains(id)));
-        let faults = trace.faults.iter().filter(|fault| fault.files.contains(file)).count();
+        let faults = noticed_in(trace, file);
         let ids: Vec<&str> = requirements.iter().map(|id| id.as_str()).collect();
         writeln!(text, "| `{}` | {} | {} | {faults} |", file.display(), ids.join(", "), counted(touched))?;
     }

@@ -1,4 +1,6 @@
 //! The handling of answers: states, positions, and the steps that follow them.
+//!
+//! Implements SR-12, SR-18, SR-19.
 
 use std::sync::Arc;
 

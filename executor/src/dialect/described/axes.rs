@@ -1,4 +1,6 @@
 //! Positions and numbers in a described controller's form: its axes, its zero, its counts.
+//!
+//! Implements SR-17, SR-18.
 
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Height, Place, Point, UNITS_PER_MM, Vector};

@@ -1,4 +1,6 @@
 //! The tables of a description file.
+//!
+//! Implements SR-07, SR-11, SR-17, SR-18, SR-29.
 
 use keepout_guard::Interpolation;
 use keepout_planner::text_file;

@@ -1,4 +1,6 @@
 //! Inspects a GRBL 1.1 or grblHAL controller with `$I`, `$G` and `$$`, which store no setting.
+//!
+//! Implements SR-19.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,6 @@
 //! A status report, field by field.
+//!
+//! Implements SR-18.
 
 use keepout_kernel::Place;
 

@@ -1,4 +1,6 @@
 //! The words of a motion's target.
+//!
+//! Implements SR-17, SR-25.
 
 use keepout_guard::Motion;
 use keepout_kernel::Place;

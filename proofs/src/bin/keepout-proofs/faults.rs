@@ -8,6 +8,7 @@ use keepout_campaigns::{ItemOutcome, Shard, ShardOptions, ShardRecord, ShardResu
 use keepout_proofs::faults::results::{self, FaultRow};
 use keepout_proofs::faults::run::Workshop;
 use keepout_proofs::faults::{self, FaultEngine, SeededFault};
+use keepout_proofs::trace;
 
 /// Which faults to seed, and where the copies lie.
 #[derive(Debug, clap::Args)]
@@ -17,6 +18,9 @@ pub struct SeededFaults {
     /// Only the fault of this number, from 1 on.
     #[arg(long, value_name = "N")]
     only: Option<usize>,
+    /// Only the fault of this name.
+    #[arg(long, value_name = "NAME")]
+    named: Option<String>,
     /// From this number on.
     #[arg(long, value_name = "N")]
     from: Option<usize>,
@@ -65,11 +69,14 @@ impl SeededFaults {
         }
         for path in &self.take {
             let taken = ShardResults::read(path).map_err(io::Error::other)?;
-            taken
-                .rows
-                .iter()
-                .filter_map(|row| FaultRow::of_field(&row.detail))
-                .try_for_each(results::keep)?;
+            taken.rows.iter().filter_map(|row| FaultRow::of_field(&row.detail)).try_for_each(trace::keep)?;
+        }
+        let runs =
+            |number: usize| catalogue[number - 1].engines().into_iter().any(|engine| chosen(number, engine));
+        if self.named.is_some() && !(1..=catalogue.len()).any(runs) {
+            let remedy =
+                "Copy it from faults.toml. For fuzz targets: `cargo run -p keepout-fuzz --example seeded`";
+            return Err(io::Error::other(format!("no fault of that name can run here. {remedy}")));
         }
         let mut record = super::begin(&self.shard, self.folder.as_deref().map(Path::as_os_str).as_slice())?;
         if self.take.is_empty() {
@@ -95,6 +102,7 @@ impl SeededFaults {
         engine != FaultEngine::Fuzz
             && self.shard.shard.takes(number as u64 - 1)
             && self.only.is_none_or(|only| only == number)
+            && self.named.as_ref().is_none_or(|name| fault.name == *name)
             && self.from.is_none_or(|from| number >= from)
             && (!self.left || !settled)
             && self.file.as_ref().is_none_or(|place| fault.edits().any(|edit| edit.file.starts_with(place)))
@@ -118,6 +126,6 @@ impl SeededFaults {
         let again = format!("faults --only {number} --minutes {}", self.minutes);
         record.row(outcome, &format!("{number} {}: {}", row.engine, row.name), &row.field(), &again);
         record.total(&format!("faults under {}", row.engine), 1);
-        if self.shard.results.is_some() { Ok(()) } else { results::keep(row) }
+        if self.shard.results.is_some() { Ok(()) } else { trace::keep(row) }
     }
 }

@@ -19,7 +19,7 @@ pub struct ModelCheck {
     #[arg(long, value_name = "SECONDS", conflicts_with = "write")]
     within: Option<f64>,
     /// Seconds for one harness.
-    #[arg(long, default_value_t = 120)]
+    #[arg(long, default_value_t = 300)]
     limit_s: u64,
     /// Harnesses at a time; default: one for each processor.
     #[arg(long)]

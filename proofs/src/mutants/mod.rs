@@ -3,13 +3,15 @@
 //! `.ci/weekly` runs it, part by part, with the settings of `proofs/mutants`. `keepout-proofs mutants` keeps
 //! the outcomes in `proofs/results/mutants.tsv`, and writes the page `docs/safety/mutants.md`.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
+mod page;
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use keepout_planner::sha256::{hash, hex};
 use serde::Deserialize;
+
+use crate::trace::code_digest;
 
 /// The parts of the trusted code. `proofs/mutants/PART.toml` holds the settings of each.
 pub const PARTS: [&str; 3] = ["kernel", "guard", "dialects"];
@@ -60,7 +62,7 @@ pub struct MutantRow {
     pub file: String,
     /// What became of it.
     pub fate: MutantFate,
-    /// A digest of the file as it was.
+    /// A digest of the file's code as it was.
     pub digest: String,
 }
 
@@ -122,12 +124,60 @@ pub fn of_outcomes(text: &str) -> io::Result<BTreeMap<String, MutantFate>> {
 }
 
 fn digest(root: &Path, file: &str) -> io::Result<String> {
-    Ok(hex(&hash(&fs::read(root.join(file))?)[..8]))
+    Ok(code_digest(&fs::read_to_string(root.join(file))?))
+}
+
+/// The line and column in a mutant's name, and the change.
+fn place_and_change(name: &str) -> ((u32, u32), &str) {
+    let mut fields = name.splitn(4, ':');
+    let mut number = || fields.next().and_then(|field| field.parse().ok()).unwrap_or(0);
+    let (_file, line, column) = (number(), number(), number());
+    ((line, column), fields.next().unwrap_or_default())
+}
+
+/// Fates of the mutants of files that are as they were, by file and change. A comment moves the lines of mutants and
+/// changes none, so the nth mutant with some change is the one that was the nth. Where their number differs, an
+/// exclusion by line no longer fits, and none is kept.
+struct KeptFates(BTreeMap<(String, String), VecDeque<MutantFate>>);
+
+impl KeptFates {
+    fn of(mut rows: Vec<MutantRow>) -> Self {
+        rows.sort_by_key(|row| place_and_change(&row.name).0);
+        let mut fates: BTreeMap<_, VecDeque<_>> = BTreeMap::new();
+        for row in rows {
+            let change = place_and_change(&row.name).1.to_string();
+            fates.entry((row.file, change)).or_default().push_back(row.fate);
+        }
+        Self(fates)
+    }
+
+    /// Forgets the fates of a change that the file has more or less often now.
+    fn forget_unequal(&mut self, listed: &BTreeMap<String, Vec<String>>) {
+        self.0.retain(|(file, change), fates| {
+            let now =
+                listed.get(file).into_iter().flatten().filter(|name| place_and_change(name).1 == *change);
+            now.count() == fates.len()
+        });
+    }
+
+    /// The fate of the next mutant of the file with this name's change.
+    fn next(&mut self, file: &str, name: &str) -> Option<MutantFate> {
+        self.0.get_mut(&(file.into(), place_and_change(name).1.into()))?.pop_front()
+    }
 }
 
 /// The file with the rows, under the root of the workspace.
 fn table(root: &Path) -> PathBuf {
     root.join("proofs/results/mutants.tsv")
+}
+
+/// The files that have kept rows.
+///
+/// # Errors
+/// When the rows cannot be read.
+pub fn files(root: &Path) -> io::Result<BTreeSet<PathBuf>> {
+    let rows = fs::read_to_string(table(root))?;
+    Ok(rows.lines().filter_map(MutantRow::of_line).map(|row| row.file.into()).collect())
 }
 
 /// The files that changed since the kept rows were tried.
@@ -164,22 +214,26 @@ impl MutantTable {
         new: &BTreeMap<String, MutantFate>,
     ) -> io::Result<Self> {
         let kept = fs::read_to_string(table(root)).unwrap_or_default();
-        let kept = kept.lines().filter_map(MutantRow::of_line).map(|row| (row.name.clone(), row));
-        let kept: BTreeMap<String, MutantRow> = kept.collect();
         let mut files: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for mutant in listed {
             files.entry(mutant.file).or_default().push(mutant.name);
         }
+        let digests: BTreeMap<String, String> =
+            files.keys().map(|file| Ok((file.clone(), digest(root, file)?))).collect::<io::Result<_>>()?;
+        let is_current = |row: &MutantRow| digests.get(&row.file) == Some(&row.digest);
+        let mut kept =
+            KeptFates::of(kept.lines().filter_map(MutantRow::of_line).filter(is_current).collect());
+        kept.forget_unequal(&files);
         let mut rows = Vec::new();
-        for (file, names) in &files {
-            let digest = digest(root, file)?;
+        for (file, names) in &mut files {
+            names.sort_by_key(|name| place_and_change(name).0);
             for name in names {
-                let kept = kept.get(name).filter(|row| row.digest == digest).map(|row| row.fate);
+                let kept = kept.next(file, name);
                 rows.extend(new.get(name).copied().or(kept).map(|fate| MutantRow {
                     name: name.clone(),
                     file: file.clone(),
                     fate,
-                    digest: digest.clone(),
+                    digest: digests[file].clone(),
                 }));
             }
         }
@@ -202,73 +256,6 @@ impl MutantTable {
     pub fn missed(&self) -> impl Iterator<Item = &str> {
         self.rows.iter().filter(|row| row.fate == MutantFate::Missed).map(|row| &*row.name)
     }
-
-    /// The page. `settings` are the texts of `proofs/mutants`, whose exclusions it lists with their reasons.
-    #[must_use]
-    pub fn page(&self, settings: &[String]) -> String {
-        let mut page = String::from(
-            "# Mutation of the trusted code\n\n`.ci/weekly` lets cargo-mutants change the trusted code of kernel, \
-             guard and dialects, one place at a time: other\noperators, other results of functions, arms of \
-             matches that are missing. The unit tests and the properties must notice\neach change. \
-             `keepout-proofs mutants` writes this page from the outcomes, `proofs/results/mutants.tsv`. A row of \
-             a\nfile that changed since does not count: such mutants are *not tried*.\n\n\
-             | file | mutants | noticed | timed out | does not compile | missed | not tried |\n\
-             |---|---|---|---|---|---|---|\n",
-        );
-        let mut totals = [0; 6];
-        for (file, names) in &self.listed {
-            let of_file: Vec<_> = self.rows.iter().filter(|row| row.file == *file).collect();
-            let count = |fate| of_file.iter().filter(|row| row.fate == fate).count();
-            let [noticed, late, unbuilt, missed] = MutantFate::ALL.map(count);
-            let cells = [names.len(), noticed, late, unbuilt, missed, names.len() - of_file.len()];
-            page.push_str(&table_line(&format!("`{file}`"), cells));
-            totals.iter_mut().zip(cells).for_each(|(total, cell)| *total += cell);
-        }
-        page.push_str(&table_line("all", totals));
-        page.push_str("\n## Missed\n\n");
-        let missed: Vec<&str> = self.missed().collect();
-        if missed.is_empty() {
-            page.push_str("None.\n");
-        }
-        missed.iter().for_each(|name| page.push_str(&format!("- `{name}`\n")));
-        page.push_str(
-            "\n## Left out, with the reason\n\nThese changes are not tried, because no test can notice them: they \
-             change no answer that anything relies on. The\npattern is matched with the name of the mutant.\n\n\
-             | pattern | reason |\n|---|---|\n",
-        );
-        for (pattern, reason) in settings.iter().flat_map(|text| exclusions(text)) {
-            let pattern = pattern.replace('|', "\\|");
-            let _ = writeln!(page, "| `{pattern}` | {reason} |");
-        }
-        page
-    }
-}
-
-fn table_line(name: &str, cells: [usize; 6]) -> String {
-    let cells = cells.map(|cell| cell.to_string());
-    format!("| {name} | {} |\n", cells.join(" | "))
-}
-
-/// The patterns of `exclude_re` in settings, each with the comment above it.
-fn exclusions(settings: &str) -> Vec<(String, String)> {
-    let mut found = Vec::new();
-    let mut reason: Vec<&str> = Vec::new();
-    let mut after_pattern = false;
-    let begin = |line: &&str| !line.starts_with("exclude_re");
-    let inside = settings.lines().skip_while(begin).skip(1).map(str::trim).take_while(|line| *line != "]");
-    for line in inside {
-        if let Some(comment) = line.strip_prefix("# ") {
-            if std::mem::take(&mut after_pattern) {
-                reason.clear();
-            }
-            reason.push(comment);
-        } else {
-            let pattern = line.trim_end_matches(',').trim_matches(['"', '\'']);
-            found.push((pattern.into(), reason.join(" ")));
-            after_pattern = true;
-        }
-    }
-    found
 }
 
 #[cfg(test)]
@@ -309,13 +296,14 @@ mod tests {
             (1, vec!["kernel/src/lib.rs:3:1: c"])
         );
         let settings =
-            ["exclude_re = [\n    # It is\n    # the same.\n    \"a|b\",\n    'c',\n]\n".to_string()];
+            ["exclude_re = [\n    # Same answers: it is\n    # the same.\n    \"a|b\",\n    'c',\n]\n"
+                .to_string()];
         let page = made.page(&settings);
         for line in [
             "| `kernel/src/lib.rs` | 3 | 1 | 0 | 0 | 1 | 1 |",
             "- `kernel/src/lib.rs:3:1: c`",
-            "| `a\\|b` | It is the same. |",
-            "| `c` | It is the same. |",
+            "| `a\\|b` | Same answers | it is the same. |",
+            "| `c` | Same answers | it is the same. |",
         ] {
             assert!(page.contains(line), "{line} is missing in\n{page}");
         }
@@ -327,7 +315,11 @@ mod tests {
         let root = root("kept");
         fs::write(table(&root), table_of(&root, OUTCOMES).text()).expect("the table is written");
         assert_eq!(table_of(&root, r#"{"outcomes": []}"#).untried(), 1);
-        fs::write(root.join("kernel/src/lib.rs"), "1\n2\n3\n4\n").expect("the file is written");
+        let write =
+            |text: &str| fs::write(root.join("kernel/src/lib.rs"), text).expect("the file is written");
+        write("// A comment.\n\n1\n2\n3\n");
+        assert_eq!(table_of(&root, r#"{"outcomes": []}"#).untried(), 1);
+        write("1\n2\n3\n4\n");
         assert_eq!(table_of(&root, r#"{"outcomes": []}"#).untried(), 3);
         fs::remove_dir_all(root).expect("the folder is removed");
     }

@@ -1,0 +1,101 @@
+//! The page `docs/safety/mutants.md`.
+
+use std::fmt::Write as _;
+
+use super::{MutantFate, MutantTable};
+
+impl MutantTable {
+    /// The page. `settings` are the texts of `proofs/mutants`, whose exclusions it lists with their reasons.
+    #[must_use]
+    pub fn page(&self, settings: &[String]) -> String {
+        let mut page = String::from(
+            "# Mutation of the trusted code\n\n`.ci/weekly` lets cargo-mutants change the trusted code of kernel, \
+             guard and dialects, one place at a time: other\noperators, other results of functions, arms of \
+             matches that are missing. The unit tests and the properties must notice\neach change. \
+             `keepout-proofs mutants` writes this page from the outcomes, `proofs/results/mutants.tsv`. A row of \
+             a\nfile that changed since does not count: such mutants are *not tried*.\n\n\
+             | file | mutants | noticed | timed out | does not compile | missed | not tried |\n\
+             |---|---|---|---|---|---|---|\n",
+        );
+        let mut totals = [0; 6];
+        for (file, names) in &self.listed {
+            let of_file: Vec<_> = self.rows.iter().filter(|row| row.file == *file).collect();
+            let count = |fate| of_file.iter().filter(|row| row.fate == fate).count();
+            let [noticed, late, unbuilt, missed] = MutantFate::ALL.map(count);
+            let cells = [names.len(), noticed, late, unbuilt, missed, names.len() - of_file.len()];
+            page.push_str(&table_line(&format!("`{file}`"), cells));
+            totals.iter_mut().zip(cells).for_each(|(total, cell)| *total += cell);
+        }
+        page.push_str(&table_line("all", totals));
+        page.push_str("\n## Missed\n\n");
+        let missed: Vec<&str> = self.missed().collect();
+        if missed.is_empty() {
+            page.push_str("None.\n");
+        }
+        missed.iter().for_each(|name| page.push_str(&format!("- `{name}`\n")));
+        page.push_str(
+            "\n## Left out, with the reason\n\nThese changes are not tried, because no test has to notice them. The \
+             pattern is matched with the name of the mutant.\n\n\
+             - *Same answers*: the change gives the answers of the code, for the stated reason.\n\
+             - *Refuses more*: the change admits nothing that the code refuses. The tool may have to go another way.\n\
+             - *Out of reach*: a test would need more memory than a CI machine has.\n\n\
+             | pattern | kind | reason |\n|---|---|---|\n",
+        );
+        for (pattern, reason) in settings.iter().flat_map(|text| exclusions(text)) {
+            let pattern = pattern.replace('|', "\\|");
+            let (kind, reason) = reason.split_once(": ").unwrap_or(("**no kind**", &reason));
+            let _ = writeln!(page, "| `{pattern}` | {kind} | {reason} |");
+        }
+        page
+    }
+}
+
+fn table_line(name: &str, cells: [usize; 6]) -> String {
+    let cells = cells.map(|cell| cell.to_string());
+    format!("| {name} | {} |\n", cells.join(" | "))
+}
+
+/// The patterns of `exclude_re` in settings, each with the comment above it.
+fn exclusions(settings: &str) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut reason: Vec<&str> = Vec::new();
+    let mut after_pattern = false;
+    let begin = |line: &&str| !line.starts_with("exclude_re");
+    let inside = settings.lines().skip_while(begin).skip(1).map(str::trim).take_while(|line| *line != "]");
+    for line in inside {
+        if let Some(comment) = line.strip_prefix("# ") {
+            if std::mem::take(&mut after_pattern) {
+                reason.clear();
+            }
+            reason.push(comment);
+        } else {
+            let pattern = line.trim_end_matches(',').trim_matches(['"', '\'']);
+            found.push((pattern.into(), reason.join(" ")));
+            after_pattern = true;
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::super::PARTS;
+    use super::*;
+    use crate::faults::workspace;
+
+    #[test]
+    fn every_exclusion_says_its_kind() {
+        for part in PARTS {
+            let file = workspace().join(format!("proofs/mutants/{part}.toml"));
+            for (pattern, reason) in exclusions(&fs::read_to_string(file).expect("the settings are here")) {
+                let kind = reason.split(": ").next().unwrap_or_default();
+                assert!(
+                    ["Same answers", "Refuses more", "Out of reach"].contains(&kind),
+                    "{pattern}: {reason}"
+                );
+            }
+        }
+    }
+}
