@@ -13,7 +13,8 @@ impl MutantTable {
              guard and dialects, one place at a time: other\noperators, other results of functions, arms of \
              matches that are missing. The unit tests and the properties must notice\neach change. \
              `keepout-proofs mutants` writes this page from the outcomes, `proofs/results/mutants.tsv`. A row of \
-             a\nfile that changed since does not count: such mutants are *not tried*.\n\n\
+             a\nfile that changed since does not count: such mutants are *not tried*. *Timed out* means that the \
+             tests do not end with\nthe change, and do without it: they notice it.\n\n\
              | file | mutants | noticed | timed out | does not compile | missed | not tried |\n\
              |---|---|---|---|---|---|---|\n",
         );

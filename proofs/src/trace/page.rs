@@ -45,9 +45,9 @@ fn write_trace(text: &mut String, trace: &SafetyTrace) -> Result {
          evidence belongs to no requirement, when\nnobody notices a fault, when no fault can \
          make a test fail, or when a test changed since it \
          noticed one\n(`proofs/results/evidence.tsv` holds digests of their texts).\n\n\
-         {} requirements, {} pieces of evidence ({running} of them run code of the product), {} seeded faults. The \
-         last column\nof the second table in each section names the faults that a piece of evidence noticed, in a \
-         copy of the code.\n\n\
+         {} requirements, {} pieces of evidence ({running} of them run code of the product), {} seeded faults. In \
+         each\nsection, the table of the evidence names the faults that each piece noticed, in a copy of the \
+         code.\n\n\
          | requirement | hazards | code | evidence | seeded faults |\n|---|---|---|---|---|",
         trace.statements.requirements.len(),
         trace.evidence.len(),
