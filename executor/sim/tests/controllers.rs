@@ -220,8 +220,12 @@ fn error_8_is_retried_a_limited_number_of_times() {
 }
 
 #[test]
-fn inches_and_too_few_steps_are_rejected() {
-    for (from, to, name) in [("$13=0", "$13=1", "$13"), ("$100=400.000", "$100=80.000", "$100")] {
+fn inches_too_few_steps_and_a_rotation_are_rejected() {
+    for (from, to, name) in [
+        ("$13=0", "$13=1", "$13"),
+        ("$100=400.000", "$100=80.000", "$100"),
+        ("[G54:-5.000,0.000,0.000]", "[G54:-5.000,0.000,0.000:0.00]", "G54 rotation"),
+    ] {
         let mut inner = grbl(|_| Vec::new());
         let other =
             move |bytes: &[u8]| String::from_utf8(inner(bytes)).unwrap().replace(from, to).into_bytes();

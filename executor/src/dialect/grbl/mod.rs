@@ -224,10 +224,10 @@ impl Grbl {
                 self.stage = Stage::Arming(open - 1);
                 None
             }
-            Stage::Arming(_) => {
+            Stage::Arming(_) => Some(self.stated.check().map_or_else(Reply::Unfit, |()| {
                 self.stage = Stage::Ready;
-                Some(Reply::Armed)
-            }
+                Reply::Armed
+            })),
             _ if std::mem::take(&mut self.switches_spindle) => Some(Reply::SpindleSwitched),
             Stage::Prepared | Stage::Ready => Some(Reply::Accepted),
         }

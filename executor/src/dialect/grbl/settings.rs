@@ -14,6 +14,8 @@ use crate::supervisor::{Limits, Unfit};
 pub(super) struct Stated {
     g54: Option<Place>,
     g92: Option<Place>,
+    /// The rotation of G54, degrees, rounded to 0.01. Only builds of grblHAL that can rotate state one.
+    turned_deg: Option<f64>,
 }
 
 impl Stated {
@@ -21,10 +23,22 @@ impl Stated {
         let Some((name, value)) = line.split_once(':') else { return };
         let offset = place(value, three);
         match name {
-            "G54" => self.g54 = offset,
+            "G54" => {
+                self.g54 = offset;
+                self.turned_deg =
+                    value.split_once(':').map(|(_, degrees)| degrees.trim().parse().unwrap_or(f64::NAN));
+            }
             "G92" => self.g92 = offset,
             _ => {}
         }
+    }
+
+    /// Refuses a controller that can turn work coordinates: it does not state a rotation below 0.005°, which moves
+    /// the far end of a contour by more than the margin.
+    pub(super) fn check(&self) -> Result<(), Unfit> {
+        let needed = "no rotation of work coordinates at all: the controller states its angle to 0.01° only. \
+                      Use a build of grblHAL without ROTATION_ENABLE";
+        self.turned_deg.map_or(Ok(()), |value| Err(Unfit { name: "G54 rotation", value, needed }))
     }
 
     pub(super) fn sum(&self) -> Option<Place> {

@@ -7,7 +7,7 @@ mod settings;
 use keepout_kernel::Vector;
 
 use super::*;
-use crate::supervisor::Mode;
+use crate::supervisor::{Mode, Unfit};
 
 fn dialect() -> Grbl {
     let offset = Vector { dx: -20_000_000, dy: 500 };
@@ -191,6 +191,22 @@ fn position_is_used_only_with_the_confirmed_work_offset() {
     let mut other = grbl.clone();
     (other.work_offset, other.stage) = (None, Stage::Ready);
     assert!(!report(&mut other, "7.000,2.000,0.000"), "another offset than the controller listed");
+}
+
+// Evidence for SR-19.
+#[test]
+fn controller_that_can_turn_work_coordinates_is_refused() {
+    for (angle, fits) in [("", true), (":0.00", false), (":-30.00", false), (":", false)] {
+        let mut grbl = dialect();
+        grbl.stage = Stage::Arming(1);
+        let list = format!("[G54:1.000,1.500,0.000{angle}]\r\n[G92:0.000,0.500,0.000]\r\nok\r\n");
+        let (replies, _) = hear(&mut grbl, list.as_bytes());
+        match replies[..] {
+            [Reply::Armed] => assert!(fits, "{angle}"),
+            [Reply::Unfit(Unfit { name: "G54 rotation", .. })] => assert!(!fits, "{angle}"),
+            _ => panic!("{angle}: {replies:?}"),
+        }
+    }
 }
 
 // Evidence for SR-17.
