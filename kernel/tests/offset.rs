@@ -240,6 +240,7 @@ fn slots_pockets_and_rounds_are_complete() {
     }
 }
 
+// Evidence for SR-20.
 /// A profile of edges shorter than the resolution, without a loop, is not complete. Neither is an arc whose
 /// loop is its chord.
 #[test]

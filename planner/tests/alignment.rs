@@ -1,8 +1,12 @@
 //! Alignment: probe points recover the position of a workpiece; contradictory or ambiguous ones are refused.
 #![expect(clippy::unwrap_used, reason = "a test helper may panic")]
 
+use std::path::Path;
+
 use keepout_planner::Mm2;
+use keepout_planner::align::file::{AlignmentFile, AlignmentFileError};
 use keepout_planner::align::{Alignment, AlignmentError, PartEdges, ProbePoint, ProbePoints, align};
+use keepout_planner::machine::MachineProfile;
 use keepout_planner::profile::{MachinedSide, Profile};
 use keepout_planner::request::PlanRequest;
 use proptest::prelude::{Strategy, proptest};
@@ -157,6 +161,36 @@ fn errors_reach_most_of_the_stated_uncertainty() {
         }
     }
     assert!(worst <= stated && worst > 0.6 * stated, "{worst} of {stated}");
+}
+
+// Evidence for SR-26, SR-29.
+#[test]
+fn alignment_of_another_rotation_or_version_is_refused() {
+    let file = |version: u32, degrees: f64, residual: f64| {
+        let text = format!(
+            "version = {version}\nrotation_deg = {degrees}\norigin_mm = [10.0, 20.0]\ndrawing = \"bracket.dxf\"\n\
+             method = \"points\"\ntouches = 2\nrotation_measured = true\nresidual_mm = {residual}\n\
+             probe_error_mm = 0.005\nuncertainty_mm = 0.01\n"
+        );
+        AlignmentFile::parse(Path::new("setup.toml"), &text)
+    };
+    let turned = |degrees: f64, by: Mm2| {
+        let mut request = PlanRequest::default();
+        request.choice.placed = Some((degrees, by));
+        let bytes = include_bytes!("../../executor/cli/drawings/bracket.dxf");
+        request.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan
+    };
+    let measured = file(1, 30.0, 0.01).unwrap();
+    assert_eq!(measured.origin_for(&turned(30.0, Mm2::ZERO)).unwrap(), Mm2::new(10.0, 20.0));
+    let plain = measured.origin_for(&turned(0.0, Mm2::ZERO)).unwrap_err();
+    assert!(matches!(plain, AlignmentFileError::Turned { .. }), "{plain}");
+    let moved = measured.origin_for(&turned(30.0, Mm2::new(1.0, 0.0))).unwrap_err();
+    assert!(matches!(moved, AlignmentFileError::Moved { .. }), "{moved}");
+    let newer = file(2, 30.0, 0.01).unwrap_err();
+    assert!(matches!(newer, AlignmentFileError::Version { found: 2, .. }), "{newer}");
+    for (degrees, residual) in [(400.0, 0.01), (30.0, -0.01), (f64::NAN, 0.01), (30.0, f64::INFINITY)] {
+        assert!(file(1, degrees, residual).is_err(), "{degrees} {residual}");
+    }
 }
 
 // Evidence for SR-26.

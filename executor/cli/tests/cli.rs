@@ -23,6 +23,7 @@ fn planned(folder: &Path) -> String {
     plan
 }
 
+// Evidence for SR-23.
 #[test]
 fn plan_is_verified_drawn_and_run() {
     let folder = folder("whole");

@@ -222,6 +222,7 @@ fn wall() -> Box<dyn Operator + Send> {
     operator::named("wall", 3.0, 1).unwrap()
 }
 
+// Evidence for SR-23.
 /// A report on a line without a checksum can lose a digit, and still state a position on the contour, far
 /// ahead of the tool. The next report ends the session. The session that resumes must cut all the remaining
 /// contour.
@@ -234,6 +235,8 @@ fn damaged_position_ahead_leaves_no_material_uncut() {
         let first = session(&work, Progress::default(), Some(trouble), wall());
         assert!(first.damaged, "{tenths}: no report was changed");
         stopped += u32::from(first.phase == Phase::Faulted);
+        let alone = coverage(&work.plan, first.paths.iter().map(Vec::as_slice));
+        assert_eq!(alone.missed == 0, first.finished == 1, "{tenths}: {alone:?}");
         let second = session(&work, first.progress.clone(), None, wall());
         assert_eq!((second.phase, second.finished), (Phase::Done, 1), "{tenths}: {:?}", first.progress);
         let whole = coverage(&work.plan, first.paths.iter().chain(&second.paths).map(Vec::as_slice));

@@ -1,6 +1,6 @@
 //! The supervisor: a pure state machine between operator, guard and controller.
 //!
-//! Implements SR-22.
+//! Implements SR-22, SR-24.
 //!
 //! `step(event, now, commands)` takes one event and the time, and appends the commands to send. It reads no
 //! clock, accesses no port and uses no random numbers. Motions come only from the [`keepout_guard`]. After

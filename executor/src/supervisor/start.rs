@@ -111,6 +111,7 @@ impl Supervisor {
         Ok(())
     }
 
+    // Implements SR-24.
     /// Begins again after a fault. The machine is homed if the controller may have lost its position, or if
     /// homing is incomplete. The operator then commands it twice, because the tool must be raised first.
     pub(super) fn recover(&mut self, now: Time) {

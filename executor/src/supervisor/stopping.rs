@@ -1,4 +1,6 @@
 //! The end of a session: on a command, or on a fault.
+//!
+//! Implements SR-22.
 
 use super::event::Command;
 use super::state::{Phase, State};

@@ -14,7 +14,7 @@ use keepout_planner::job::ContourJob;
 use keepout_planner::job::JobError;
 use keepout_planner::machine::{ControllerProfile, MachineProfile, ZProfile};
 use keepout_planner::request::PlanRequest;
-use keepout_planner::units::point_from_mm;
+use keepout_planner::units::{mm, point_from_mm};
 
 use super::state::Run;
 use super::*;
@@ -195,6 +195,74 @@ fn silence_is_a_fault_in_every_state_that_waits_for_the_controller() {
         let over = ["Done", "Faulted"].contains(&name);
         assert_eq!(supervisor.fault().is_some(), !over || name == "Faulted", "{name}");
     }
+}
+
+// Evidence for SR-22.
+#[test]
+fn after_a_fault_nothing_moves_before_the_operator_recovers() {
+    let work = work();
+    let faults =
+        EVENTS.iter().filter(|(name, _)| ["alarm", "displaced", "port lost", "not sent"].contains(name));
+    for ((name, state), (what, fault)) in
+        STATES.iter().flat_map(|state| faults.clone().map(move |f| (state, f)))
+    {
+        let mut supervisor = supervisor(&work, name, state());
+        let mut commands = Vec::new();
+        supervisor.step(fault(), NOW, &mut commands);
+        let over = *name == "Done";
+        assert_eq!(supervisor.phase(), if over { Phase::Done } else { Phase::Faulted }, "{name}: {what}");
+        assert!(over || supervisor.guard.end().is_none(), "{name}: {what}");
+        let others = EVENTS.iter().filter(|(next, _)| !["ask: recover", "ask: quit"].contains(next));
+        others.for_each(|(_, next)| supervisor.step(next(), NOW, &mut commands));
+        assert_eq!(supervisor.phase(), if over { Phase::Done } else { Phase::Faulted }, "{name}: {what}");
+        assert!(!commands.iter().any(|command| matches!(command, Command::Move(_))), "{name}: {what}");
+    }
+}
+
+// Evidence for SR-24.
+#[test]
+fn each_contour_needs_the_cycle_armed_anew() {
+    let work = work();
+    let mut supervisor = supervisor(&work, "Manual", State::Manual(JogPlanner::default()));
+    // At the wall: 5 µm outside the jogging clearance.
+    let wall = Mm2::new(-(mm(work.plan.roughing.units()) + 0.005), 20.0);
+    supervisor.guard.locate(at(wall).in_plane()).unwrap();
+    let arms = |supervisor: &mut Supervisor, armed: bool| {
+        let input = OperatorInput { armed, ..OperatorInput::default() };
+        supervisor.step(Event::Input(input), NOW, &mut Vec::new());
+        supervisor.step(Event::Tick, NOW, &mut Vec::new());
+    };
+    arms(&mut supervisor, false);
+    assert!(!supervisor.wants_job(), "nobody has armed it");
+    supervisor.step(command(OperatorCommand::CycleStart), NOW, &mut Vec::new());
+    assert!(!supervisor.wants_job(), "there is nothing to go on with");
+    arms(&mut supervisor, true);
+    assert!(supervisor.wants_job() && !supervisor.is_armed());
+    // There is no job, and the switch is still on.
+    supervisor.step(Event::Job(Box::new(Err(JobError::Failed))), NOW, &mut Vec::new());
+    arms(&mut supervisor, true);
+    assert!(!supervisor.wants_job(), "the start has used it up");
+    arms(&mut supervisor, false);
+    arms(&mut supervisor, true);
+    assert!(supervisor.wants_job());
+}
+
+// Evidence for SR-24.
+#[test]
+fn a_fault_ends_the_arming() {
+    let work = work();
+    let mut supervisor = supervisor(&work, "Manual", State::Manual(JogPlanner::default()));
+    let armed = || Event::Input(OperatorInput { armed: true, ..OperatorInput::default() });
+    let step = |supervisor: &mut Supervisor, event| supervisor.step(event, NOW, &mut Vec::new());
+    step(&mut supervisor, armed());
+    assert!(supervisor.is_armed(), "away from the wall it stays armed");
+    step(&mut supervisor, Event::NotSent(EncodeError::NoArcs));
+    assert_eq!(supervisor.phase(), Phase::Faulted);
+    step(&mut supervisor, command(OperatorCommand::Recover));
+    step(&mut supervisor, command(OperatorCommand::Recover));
+    assert!(supervisor.phase() != Phase::Faulted && !supervisor.is_armed());
+    step(&mut supervisor, armed());
+    assert!(!supervisor.is_armed(), "the switch is still on");
 }
 
 /// A machine with incomplete homing must be homed again after any fault.

@@ -13,6 +13,7 @@ fn plate_with_gaps(gap: f64) -> SmallDrawing {
     SmallDrawing::mm().lines(&PLATE, (-gap, 0.0)).circle((30.0, 15.0), 5.0)
 }
 
+// Evidence for SR-27.
 #[test]
 fn open_outline_around_a_hole_is_a_problem_even_with_leave_out_open() {
     let sketch = plate_with_gaps(0.1);
@@ -52,6 +53,7 @@ fn open_lines_beside_the_part_are_still_left_out() {
     assert_eq!((plan.contours().len(), plan.plan.provenance.left_out.len()), (1, 1));
 }
 
+// Evidence for SR-27.
 #[test]
 fn open_tab_on_the_outline_is_a_problem() {
     let tab = |sketch: SmallDrawing| {
@@ -105,6 +107,7 @@ fn layer_that_surrounds_the_selected_layer_is_a_problem_until_it_is_named() {
     assert_eq!(plan_with(&sketch, &request).unwrap().contours().len(), 1);
 }
 
+// Evidence for SR-27.
 /// As KiCad plots the edge of a board: the boundary of the ink.
 #[test]
 fn outline_drawn_as_a_stroke_is_recognised_and_a_side_is_offered() {
@@ -129,6 +132,7 @@ fn outline_drawn_as_a_stroke_is_recognised_and_a_side_is_offered() {
     }
 }
 
+// Evidence for SR-27.
 #[test]
 fn part_below_two_millimetres_is_asked_about_until_the_unit_is_stated() {
     let sketch = SmallDrawing::mm().plate((0.0, 0.0), (0.9, 0.5));

@@ -78,6 +78,7 @@ mod tests {
         interlock.input(reading, FRESH).unwrap().velocity
     }
 
+    // Evidence for SR-21.
     #[test]
     fn stick_held_while_plugged_in_does_not_move_the_tool_until_it_was_at_rest() {
         let mut interlock = interlock();
@@ -102,6 +103,7 @@ mod tests {
         );
     }
 
+    // Evidence for SR-21.
     #[test]
     fn held_stick_is_not_stale_but_a_silent_reader_is() {
         let mut interlock = interlock();

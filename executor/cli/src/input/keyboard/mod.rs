@@ -1,6 +1,6 @@
 //! The keyboard: held keys, steps and operator commands. Independent of terminals and clocks.
 //!
-//! Implements SR-21.
+//! Implements SR-21, SR-24.
 //!
 //! | key | does |
 //! |---|---|

@@ -17,6 +17,7 @@ fn fast(releases: bool) -> Keys {
     keys
 }
 
+// Evidence for SR-21.
 #[test]
 fn push_outlasts_its_last_key_event_by_150_ms() {
     let mut keys = fast(false);
@@ -51,6 +52,7 @@ fn opposite_keys_cancel_and_diagonals_are_no_faster() {
     assert!((velocity(&mut keys, 401).x - 0.5_f64.sqrt()).abs() < 1e-12);
 }
 
+// Evidence for SR-21.
 #[test]
 fn with_release_events_a_key_moves_until_its_release_or_a_missing_repeat() {
     let mut keys = fast(true);
@@ -81,6 +83,7 @@ fn with_release_events_an_earlier_held_key_keeps_moving() {
     assert_eq!(velocity(&mut keys, 2800), Mm2::ZERO, "no key event for too long");
 }
 
+// Evidence for SR-24.
 #[test]
 fn contact_start_disarms_the_cycle() {
     let mut keys = Keys::new(false);
