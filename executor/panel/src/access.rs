@@ -169,6 +169,7 @@ mod tests {
         assert!(access.admits(&browser, after(1000)), "a new token leaves the browsers");
     }
 
+    // Evidence for SR-28.
     #[test]
     fn token_cannot_be_guessed_for_long() {
         let mut access = access();

@@ -268,6 +268,7 @@ mod tests {
         assert!(!moves(gate.input(at(1222))));
     }
 
+    // Evidence for SR-28.
     #[test]
     fn repeated_reordered_late_and_foreign_messages_do_not_count() {
         let mut gate = gate();
@@ -284,6 +285,7 @@ mod tests {
         assert_eq!(steer(ONE, 8, 1100, 1321), Err(GateRefusal::Late));
     }
 
+    // Evidence for SR-28.
     /// A stall delivers a push and its release late. The tool does not move.
     #[test]
     fn messages_from_a_stall_move_nothing() {

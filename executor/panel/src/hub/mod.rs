@@ -332,6 +332,7 @@ mod tests {
         assert!(moves(&mut operator));
     }
 
+    // Evidence for SR-28.
     /// A thread that keeps the desk busy for long stops the tool, and the session loop does not wait for it.
     #[test]
     fn stalled_panel_stops_the_tool_and_not_the_session() {

@@ -130,6 +130,7 @@ fn cut(stalls_for: Duration) -> (u64, usize, f64) {
     (holds.load(Ordering::Relaxed), session.supervisor().finished().len(), last.elapsed().as_secs_f64())
 }
 
+// Evidence for SR-28.
 /// The loop goes on through a minute without the panel. After ten seconds of it the contour is held, and goes on when
 /// the person says so.
 #[test]

@@ -1,5 +1,7 @@
 //! The checks of every request, and the headers of every answer.
 //!
+//! Implements SR-28.
+//!
 //! A foreign page cannot act here: its `Origin` differs, and the cookie is `SameSite=Strict`. A foreign name that
 //! resolves to this address cannot, either: its `Host` differs.
 

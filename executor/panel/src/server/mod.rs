@@ -1,4 +1,6 @@
 //! The web server: static files of the page, requests to the workbench, and one socket for each browser.
+//!
+//! Implements SR-28.
 
 mod assets;
 mod checks;

@@ -1,4 +1,6 @@
 //! The socket of one browser: states go out twenty times a second, inputs and commands come in.
+//!
+//! Implements SR-28.
 
 use std::time::Duration;
 

@@ -129,6 +129,7 @@ fn page_is_served_with_a_strict_policy_and_nothing_else_without_the_token() {
     }
 }
 
+// Evidence for SR-28.
 #[test]
 fn foreign_names_and_pages_are_refused() {
     let served = served();
@@ -152,6 +153,7 @@ fn foreign_names_and_pages_are_refused() {
     assert_eq!(*served.bench.0.lock().unwrap(), ["End"]);
 }
 
+// Evidence for SR-28.
 #[test]
 fn requests_are_bounded() {
     let served = served();
@@ -163,6 +165,7 @@ fn requests_are_bounded() {
     assert_eq!(*served.bench.0.lock().unwrap(), ["a.dxf of 60000 bytes"]);
 }
 
+// Evidence for SR-28.
 #[test]
 fn socket_needs_the_token_and_the_origin_and_ends_at_a_flood() {
     let served = served();

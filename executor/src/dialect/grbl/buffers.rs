@@ -38,6 +38,7 @@ impl Buffers {
 mod tests {
     use super::*;
 
+    // Evidence for SR-18.
     #[test]
     fn one_damaged_report_changes_nothing() {
         let mut buffers = Buffers::default();

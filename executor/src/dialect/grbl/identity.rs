@@ -54,6 +54,7 @@ impl Identity {
 mod tests {
     use super::*;
 
+    // Evidence for SR-19.
     #[test]
     fn controller_that_wakes_unlocked_or_is_another_is_refused() {
         let check = |lines: &[&str], hal| {

@@ -32,6 +32,7 @@ fn ready() -> Grbl {
     grbl
 }
 
+// Evidence for SR-18.
 #[test]
 fn report_is_read_in_drawing_coordinates() {
     let mut grbl = dialect();
@@ -70,6 +71,7 @@ fn lines_of_the_real_firmware_are_decoded() {
     );
 }
 
+// Evidence for SR-19.
 #[test]
 fn settings_are_read_checked_and_set() {
     let mut grbl = dialect();
@@ -143,6 +145,7 @@ fn decode_is_total() {
     }
 }
 
+// Evidence for SR-17.
 /// Found by the fuzzer's round trips: the contour was written as if the work offset were zero.
 #[test]
 fn no_contour_is_written_before_the_work_offset_is_known() {
