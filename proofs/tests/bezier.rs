@@ -141,6 +141,7 @@ fn accepted_chain_and_curve_are_near_each_other() {
     assert!(followed > 300 && refused > 300, "{followed} followed, {refused} refused");
 }
 
+// Evidence for SR-02.
 /// The check refuses every chain from which the curve is off by more than the chord-error bound somewhere.
 #[test]
 fn chain_off_the_curve_is_refused() {

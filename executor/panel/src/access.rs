@@ -154,6 +154,7 @@ mod tests {
         Access::new(SocketAddr::from(([127, 0, 0, 1], 8123)), Time::ZERO).unwrap()
     }
 
+    // Evidence for SR-28.
     #[test]
     fn token_admits_for_a_quarter_of_an_hour_and_a_browser_for_a_day() {
         let mut access = access();

@@ -229,20 +229,22 @@ fn wall() -> Box<dyn Operator + Send> {
 #[test]
 fn damaged_position_ahead_leaves_no_material_uncut() {
     let work = work();
-    let mut stopped = 0;
+    let (mut stopped, mut uncut) = (0, 0);
     for tenths in 10..70_u32 {
         let trouble = Trouble { after_s: f64::from(tenths) / 10.0, noise: false };
         let first = session(&work, Progress::default(), Some(trouble), wall());
         assert!(first.damaged, "{tenths}: no report was changed");
         stopped += u32::from(first.phase == Phase::Faulted);
         let alone = coverage(&work.plan, first.paths.iter().map(Vec::as_slice));
-        assert_eq!(alone.missed == 0, first.finished == 1, "{tenths}: {alone:?}");
+        assert!(alone.missed == 0 || first.finished == 0, "{tenths}: {alone:?}");
+        uncut += u32::from(alone.missed > 0);
         let second = session(&work, first.progress.clone(), None, wall());
         assert_eq!((second.phase, second.finished), (Phase::Done, 1), "{tenths}: {:?}", first.progress);
         let whole = coverage(&work.plan, first.paths.iter().chain(&second.paths).map(Vec::as_slice));
         assert!(whole.missed == 0 && whole.worst_mm < 0.03, "{tenths}: {whole:?}, {:?}", first.progress);
     }
     assert!(stopped > 20, "a wrong position stopped only {stopped} sessions");
+    assert!(uncut > 20, "only {uncut} sessions left material that the next one cut");
 }
 
 /// After a fault the operator may jog along the part, as near as the contour is. The tool does not cut there

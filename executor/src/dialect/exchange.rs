@@ -170,6 +170,7 @@ mod tests {
         }
     }
 
+    // Evidence for SR-10.
     #[test]
     fn lines_go_out_one_at_a_time_and_stops_go_first() {
         let (mut exchanges, mut out) = (Exchanges::<_>::default(), Vec::new());

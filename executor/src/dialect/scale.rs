@@ -75,6 +75,7 @@ impl Scale {
 mod tests {
     use super::*;
 
+    // Evidence for SR-17.
     #[test]
     fn lengths_are_rounded_to_half_a_count_and_convert_back() {
         let mut random = fastrand::Rng::with_seed(5);

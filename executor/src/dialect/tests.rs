@@ -7,6 +7,7 @@ use super::scale::Scale;
 use super::testing::place;
 use super::{DialectConfig, DialectName, DialectNameError, DialectZ};
 
+// Evidence for SR-17.
 #[test]
 fn dialects_have_names_hashes_and_axes() {
     for (name, third_axis, spindle) in

@@ -1,5 +1,5 @@
 //! Venus-1 of the ITK/Micos Corvus, in host mode: each word ends with a space, and the controller answers in
-//! lines. Implements SR-12, SR-17, SR-18, SR-19.
+//! lines. Implements SR-11, SR-12, SR-17, SR-18, SR-19.
 //!
 //! Sources:
 //! - The Corvus adapter of Micro-Manager and the Corvus eco manual: `st` (bit 0: busy), `p`, `move`, `abort`,
@@ -16,9 +16,8 @@
 //! reads `abort`.
 //!
 //! The controller interpolates both axes. The manuals do not state how `abort` slows down, so a jog may leave
-//! its line, and the guard certifies it as a box. A contour is never aborted, and is certified as drawn. The
-//! box holds as long as each axis stops at or before its target. We assume that `abort` brakes at least as
-//! hard as `move` does.
+//! its line. The guard certifies it as a box, and permits an `abort` only where the tool may stop anywhere
+//! within its stopping distance. A contour is never aborted, and is certified as drawn.
 //!
 //! Homing ends at the far end of travel, and this becomes zero: the table lies in [−width, 0]. A controller
 //! that another program homed may count from elsewhere. The dialect asks whether the controller was homed
@@ -294,7 +293,7 @@ impl Dialect for Venus {
             contours: Interpolation::Linear,
             arcs: false,
             queues: false,
-            on_cancel: OnCancel::KeepsPath,
+            on_cancel: OnCancel::MayStray,
             checked: false,
             spindle: false,
         }

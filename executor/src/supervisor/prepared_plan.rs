@@ -117,6 +117,7 @@ mod tests {
     use super::super::transitions::ABILITIES;
     use super::*;
 
+    // Evidence for SR-16.
     /// The jogging clearance is R + A + M, and the finishing clearance is R + M. For a controller that gets
     /// chords, the finishing clearance leaves out the term for its arcs. Jogs keep at least twice the
     /// resolution beyond M.

@@ -236,6 +236,7 @@ mod tests {
         assert!(Template::of("{x} {y}").unwrap().read("12").is_none());
     }
 
+    // Evidence for SR-18.
     /// Found by review: `{any}` matched the exponent of a number.
     #[test]
     fn number_ends_only_at_a_space_or_the_next_text() {

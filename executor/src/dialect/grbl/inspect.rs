@@ -172,6 +172,7 @@ mod tests {
     use super::*;
     use crate::supervisor::Limits;
 
+    // Evidence for SR-19.
     #[test]
     fn inspection_reads_settings_and_marks_unusable_ones() {
         let mut inspector = GrblInspector::default();

@@ -50,6 +50,7 @@ fn report_is_read_in_drawing_coordinates() {
     assert_eq!(replies, [Reply::Displaced]);
 }
 
+// Evidence for SR-19.
 #[test]
 fn lines_of_the_real_firmware_are_decoded() {
     let mut grbl = ready();
@@ -158,6 +159,7 @@ fn no_contour_is_written_before_the_work_offset_is_known() {
     assert_eq!(out, b"G1G21G54G90G94X-200Y0.005F600\n");
 }
 
+// Evidence for SR-18.
 /// Found by the fuzzer: bytes between two reports were lost, and the dialect combined the state of one report
 /// with the position of the other.
 #[test]

@@ -23,6 +23,13 @@ fn hear(venus: &mut Venus, text: &str) -> (Vec<Reply>, String) {
     (replies, String::from_utf8(out).unwrap())
 }
 
+// Evidence for SR-11.
+/// Nobody has measured how `abort` brakes.
+#[test]
+fn abort_may_leave_the_path() {
+    assert_eq!(dialect().abilities().on_cancel, OnCancel::MayStray);
+}
+
 #[test]
 fn report_is_status_and_then_position() {
     let mut venus = dialect();
@@ -53,6 +60,7 @@ fn half_an_answer_is_dropped_with_its_query() {
     assert!(matches!(late[..], [Reply::Garbled(_)]), "{late:?}: the status is from before the jog");
 }
 
+// Evidence for SR-12.
 #[test]
 fn jogs_are_accepted_when_read_and_contours_when_done() {
     let mut venus = dialect();
@@ -71,6 +79,7 @@ fn jogs_are_accepted_when_read_and_contours_when_done() {
     assert!(matches!(hear(&mut skipped, "0\r\n-198 0\r\n").0[..], [Reply::Refused { .. }]));
 }
 
+// Evidence for SR-19.
 #[test]
 fn start_sets_units_and_reads_speed_and_acceleration() {
     let mut venus = dialect();
@@ -91,6 +100,7 @@ fn start_sets_units_and_reads_speed_and_acceleration() {
     }
 }
 
+// Evidence for SR-19.
 #[test]
 fn arm_asks_whether_homing_found_both_ends() {
     let mut venus = dialect();
@@ -109,6 +119,7 @@ fn arm_asks_whether_homing_found_both_ends() {
     assert!(matches!(hear(&mut refused, "1004\r\n").0[..], [Reply::Refused { code: 1004, .. }]));
 }
 
+// Evidence for SR-19.
 #[test]
 fn position_of_three_numbers_shows_a_reset() {
     let mut venus = dialect();

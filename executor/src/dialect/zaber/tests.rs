@@ -30,6 +30,7 @@ fn hear(zaber: &mut Zaber, message: &str) -> (Vec<Reply>, String) {
     (replies, String::from_utf8(out).unwrap())
 }
 
+// Evidence for SR-18.
 #[test]
 fn report_is_in_drawing_coordinates_and_only_from_its_own_answer() {
     let mut zaber = ready();
@@ -70,6 +71,7 @@ fn start_reads_travel_limits_and_homes() {
     assert_eq!(hear(&mut zaber, "@01 0 09 OK IDLE -- 0").0, [Reply::Armed]);
 }
 
+// Evidence for SR-19.
 /// With wrong microsteps in the profile, targets and reports agree, and the part comes out smaller. So does
 /// the travel in mm.
 #[test]

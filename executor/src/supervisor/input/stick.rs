@@ -156,6 +156,7 @@ mod tests {
         }
     }
 
+    // Evidence for SR-21.
     #[test]
     fn tool_stays_still_without_the_dead_man_button_or_for_axes_that_are_not_finite() {
         let stick = Stick::new(StickSettings::default()).unwrap();

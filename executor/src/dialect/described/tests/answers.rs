@@ -46,6 +46,7 @@ fn contour_of_three_axes_ends_within_three_steps_of_its_height() {
     }
 }
 
+// Evidence for SR-12, SR-18.
 #[test]
 fn contour_ends_within_three_steps_and_an_alarm_is_told() {
     for (x, accepted) in [(250_007, true), (250_008, false)] {
@@ -76,6 +77,7 @@ fn axes_that_count_backward_turn_targets_and_places() {
     assert_eq!(position(&replies), Some(place(5_000_000, 20_000_000, 0)));
 }
 
+// Evidence for SR-18.
 #[test]
 fn axes_that_are_exchanged_are_so_in_targets_and_places() {
     let jog = jog_to(5_000_000, 21_000_000, 600);
