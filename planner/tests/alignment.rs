@@ -12,8 +12,10 @@ use keepout_planner::request::PlanRequest;
 use proptest::prelude::{Strategy, proptest};
 
 /// The bracket: 0 to 100 by 0 to 60 mm, with further edges.
+const BRACKET: &[u8] = include_bytes!("../../executor/cli/drawings/bracket.dxf");
+
 fn part() -> PartEdges {
-    drawn(include_bytes!("../../executor/cli/drawings/bracket.dxf"))
+    drawn(BRACKET)
 }
 
 fn drawn(bytes: &[u8]) -> PartEdges {
@@ -177,8 +179,7 @@ fn alignment_of_another_rotation_or_version_is_refused() {
     let turned = |degrees: f64, by: Mm2| {
         let mut request = PlanRequest::default();
         request.choice.placed = Some((degrees, by));
-        let bytes = include_bytes!("../../executor/cli/drawings/bracket.dxf");
-        request.plan("bracket", bytes, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan
+        request.plan("bracket", BRACKET, &MachineProfile::simulated(), &mut |_| {}).unwrap().plan
     };
     let measured = file(1, 30.0, 0.01).unwrap();
     assert_eq!(measured.origin_for(&turned(30.0, Mm2::ZERO)).unwrap(), Mm2::new(10.0, 20.0));
