@@ -35,6 +35,8 @@ struct Case {
     #[serde(default)]
     join_mm: Option<f64>,
     #[serde(default)]
+    curve_mm: Option<f64>,
+    #[serde(default)]
     contours: Option<usize>,
     #[serde(default)]
     area: Option<f64>,
@@ -122,6 +124,7 @@ impl Case {
         let pass = |&stock_to_leave_mm: &f64| PassParameters { stock_to_leave_mm, feed_mm_min: None };
         wanted.job.passes = self.passes.iter().map(pass).collect();
         wanted.join_mm = self.join_mm.unwrap_or(wanted.join_mm);
+        wanted.curve_mm = self.curve_mm.unwrap_or(wanted.curve_mm);
         Ok(wanted)
     }
 }

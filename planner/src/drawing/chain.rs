@@ -3,18 +3,18 @@
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
-use keepout_kernel::arc_view::onto_bisector;
-use keepout_kernel::curve::{fit_arc, half_circle_parts};
+use keepout_kernel::curve::half_circle_parts;
 use keepout_kernel::exact::bezier::Bezier;
-use keepout_kernel::{ArcView, Curve, Length, Point, Segment, Turn, UNITS_PER_MM, Vec2, Vector};
+use keepout_kernel::{ArcView, Curve, Point, Turn, UNITS_PER_MM, Vec2, Vector};
 
-use super::fit::{BezierFault, chain_along, on_lattice};
+use super::fit::{BezierFault, on_lattice};
+use super::follow::{BOUNDS, follow};
 use super::join::{Joiner, distance_mm};
 use super::placement::elliptic_beziers;
 use super::{
     Drawing, DrawingError, Origin, Problem, RawBezier, RawCurve, Repair, doubled, overlap, repeated, untangle,
 };
-use crate::profile::{Profile, ProfileEdge, ProfileLoop, SourceCurve};
+use crate::profile::Profile;
 use crate::units::{length_up_from_mm, point_from_mm};
 
 /// Default of the joining tolerance: the largest gap that is closed, mm.
@@ -163,7 +163,7 @@ fn gaps(drawing: &Drawing, problems: &[Problem], curve_mm: f64) -> Option<Gaps> 
 }
 
 fn chain_within(drawing: &Drawing, join_mm: f64, curve_mm: f64) -> Result<Chained, DrawingError> {
-    let bound = length_up_from_mm(curve_mm).ok().filter(|bound| (10..=100_000).contains(&bound.units()));
+    let bound = length_up_from_mm(curve_mm).ok().filter(|bound| BOUNDS.contains(bound));
     let bound = bound.ok_or(DrawingError::CurveBound { curve_mm })?;
     let mut chained = Chained::default();
     let mut pieces = Vec::with_capacity(drawing.curves.len());
@@ -281,116 +281,4 @@ pub(super) fn remove(pieces: &mut Vec<Piece>, gone: &HashSet<usize>) {
         }
         stays
     });
-}
-
-/// Follows the joined pieces. Closed loops go to the profile, all other chains to `open`.
-fn follow(
-    joiner: &Joiner,
-    bound: Length,
-    origins: &[Origin],
-    chained: &mut Chained,
-) -> Result<(), DrawingError> {
-    let pieces = &joiner.pieces;
-    let mut used = vec![false; pieces.len()];
-    // First the open chains, from their loose ends. All remaining pieces belong to closed loops.
-    for start in joiner.loose() {
-        if used[start.0] {
-            continue;
-        }
-        let each = walk(pieces, start, &mut used, bound, origins)?;
-        let curves = each.edges.iter().map(|edge| edge.curve).collect();
-        let origin = origins[pieces[start.0].origin as usize].clone();
-        chained.open.push(OpenChain { curves, origin });
-    }
-    for first in 0..pieces.len() {
-        if used[first] {
-            continue;
-        }
-        let each = walk(pieces, (first, 0), &mut used, bound, origins)?;
-        if each.is_flat() {
-            let line = each.edges[0].curve;
-            let length_mm = line.length() / f64::from(UNITS_PER_MM);
-            chained.repairs.push(Repair::ThereAndBack { at: line.from(), length_mm });
-        } else if !each.edges.is_empty() {
-            chained.layers.push(origins[pieces[first].origin as usize].layer.clone());
-            chained.profile.loops.push(each);
-        }
-    }
-    Ok(())
-}
-
-/// The edges of a chain that is entered at the end `entry` of a piece.
-fn walk(
-    pieces: &[Piece],
-    mut entry: End,
-    used: &mut [bool],
-    bound: Length,
-    origins: &[Origin],
-) -> Result<ProfileLoop, DrawingError> {
-    let mut each = ProfileLoop::default();
-    while !used[entry.0] {
-        used[entry.0] = true;
-        edges_of(&pieces[entry.0], entry.1 == 1, bound, origins, &mut each)?;
-        let Some(next) = pieces[entry.0].joined[1 - entry.1] else { break };
-        entry = next;
-    }
-    Ok(each)
-}
-
-/// Adds the edges of a piece in the direction of travel, fitted to its ends after the repairs.
-fn edges_of(
-    piece: &Piece,
-    backwards: bool,
-    bound: Length,
-    origins: &[Origin],
-    out: &mut ProfileLoop,
-) -> Result<(), DrawingError> {
-    let bad = |problem| {
-        let origin = Box::new(origins[piece.origin as usize].clone());
-        Err(DrawingError::BadEntity { origin, problem })
-    };
-    let (from, to) = if backwards { (piece.to, piece.from) } else { (piece.from, piece.to) };
-    let exact = |curve| ProfileEdge { curve, chord_error: Length::ZERO };
-    match &piece.bend {
-        Bend::Free(curve) => {
-            let Some(curve) = ending_at(curve, backwards, from, to) else {
-                return bad("its control points make no curve");
-            };
-            let Ok(chain) = chain_along(&curve, bound) else {
-                return bad("no lines and arcs follow it within --curve-mm");
-            };
-            let first = out.edges.len();
-            out.edges.extend(chain.into_iter().map(|curve| ProfileEdge { curve, chord_error: bound }));
-            out.sources.push(SourceCurve { curve, first, end: out.edges.len() });
-        }
-        _ if from == to => {}
-        Bend::Straight => out.edges.push(exact(Curve::Line(Segment { from, to }))),
-        Bend::Round(centre, turn, drawn) => {
-            let turn = if backwards { turn.reversed() } else { *turn };
-            let Ok(arc) = fit_arc(from, to, onto_bisector(*centre, Vec2::from(from), Vec2::from(to)), turn)
-            else {
-                return bad("its arc has a radius below 1 µm, or its ends do not lie on one circle");
-            };
-            // If a repair moved the ends past each other, the arc would cover the rest of the circle.
-            let way = piece.to.minus(piece.from);
-            let along = [(way.dx, drawn.dx), (way.dy, drawn.dy)].map(|(a, b)| i64::from(a) * i64::from(b));
-            if along[0] + along[1] <= 0 {
-                return bad("closing gaps within --join-mm moved its ends past each other");
-            }
-            out.edges.push(exact(Curve::Arc(arc)));
-        }
-    }
-    Ok(())
-}
-
-/// The curve in the direction of travel, with its ends moved to `from` and `to`.
-fn ending_at(curve: &Bezier, backwards: bool, from: Point, to: Point) -> Option<Bezier> {
-    let (mut control, mut weights) = (curve.control().to_vec(), curve.weights().to_vec());
-    if backwards {
-        control.reverse();
-        weights.reverse();
-    }
-    *control.first_mut()? = from;
-    *control.last_mut()? = to;
-    Bezier::new(control, weights).ok()
 }

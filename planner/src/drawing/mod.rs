@@ -15,6 +15,7 @@ mod file;
 mod fit;
 mod fit_points;
 mod flatten;
+mod follow;
 mod hatch;
 mod import;
 mod join;
