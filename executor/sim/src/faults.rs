@@ -48,6 +48,8 @@ pub enum ByteDamage {
     /// As [`ByteDamage::Any`], with at most one damaged byte per chunk: a sum over the chunk always detects it.
     /// Two damaged bytes can cancel in a sum.
     One,
+    /// Once in all, a digit becomes another digit. Only a checksum detects it.
+    Digit,
 }
 
 /// The fate of a chunk.
@@ -127,6 +129,12 @@ impl Faults {
         self.hurt && self.rates.kind == ByteDamage::One && !self.rubbish
     }
 
+    /// Whether this kind of damage leaves the byte as it is.
+    fn spares_byte(&self, byte: u8) -> bool {
+        let digit = self.rates.kind == ByteDamage::Digit && !self.rubbish;
+        self.spares() || digit && (self.happened > 0 || !byte.is_ascii_digit())
+    }
+
     /// Draws the fate of the next chunk.
     pub fn fate(&mut self) -> Fate {
         let Rates { loss, doubling, swap, .. } = self.rates;
@@ -169,12 +177,13 @@ impl Faults {
 
     /// Draws the received form of a byte: the same, another, or `None` for a lost one.
     pub fn hurt(&mut self, byte: u8) -> Option<u8> {
-        if self.spares() || !self.happens(if self.rubbish { 1.0 } else { self.rates.damage }) {
+        if self.spares_byte(byte) || !self.happens(if self.rubbish { 1.0 } else { self.rates.damage }) {
             return Some(byte);
         }
         self.hurt = true;
         match self.rates.kind {
             ByteDamage::Detectable => Some(b"#@`{}\\"[self.random.usize(0..6)]),
+            ByteDamage::Digit => Some(b'0' + (byte.wrapping_sub(b'0') + self.random.u8(1..10)) % 10),
             // Only a checksum detects a digit that becomes another digit.
             ByteDamage::Any | ByteDamage::One if byte.is_ascii_digit() && self.random.bool() => {
                 Some(self.random.u8(b'0'..=b'9'))
@@ -197,7 +206,7 @@ impl Faults {
         self.hurt = true;
         Some(match self.rates.kind {
             ByteDamage::Detectable => b'#',
-            ByteDamage::Any | ByteDamage::One => self.random.u8(..),
+            ByteDamage::Any | ByteDamage::One | ByteDamage::Digit => self.random.u8(..),
         })
     }
 }

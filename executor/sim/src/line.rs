@@ -139,7 +139,7 @@ impl Wire {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::Rates;
+    use crate::faults::{ByteDamage, Rates};
 
     fn through(rates: Rates, chunks: &[&[u8]]) -> String {
         let mut wire = Wire::new(115_200, Duration::from_millis(10)).hurt(Faults::new(rates, 5));
@@ -164,5 +164,16 @@ mod tests {
         assert!(!through(Rates { damage: 1.0, ..rates }, &chunks).contains(char::is_alphabetic));
         let delay = Rates { delay: 1.0, delay_max: Duration::from_secs(1), ..rates };
         assert_eq!(through(delay, &chunks), "one two three ");
+    }
+
+    #[test]
+    fn one_digit_alone_is_altered() {
+        let sent = "G90 X12.5";
+        let heard = through(
+            Rates { damage: 1.0, kind: ByteDamage::Digit, ..Rates::default() },
+            &[sent.as_bytes(), b"Y7"],
+        );
+        assert!(heard.starts_with('G') && heard.ends_with("0 X12.5Y7"), "{heard}");
+        assert!(heard.as_bytes()[1].is_ascii_digit() && heard.as_bytes()[1] != b'9', "{heard}");
     }
 }

@@ -45,10 +45,13 @@ pub enum HostileFault {
     Planner,
     /// The baud rate is wrong for a while: only garbage arrives.
     Baud,
+    /// The line alters one digit to the controller, once. Without a checksum nothing notices it, and it can gouge
+    /// the part: docs/safety/assumptions.md excludes it.
+    AlteredDigit,
 }
 
 impl HostileFault {
-    /// All faults.
+    /// All faults that must not gouge the part.
     pub const ALL: [Self; 16] = [
         Self::Delay,
         Self::Loss,
@@ -180,6 +183,9 @@ impl Spec {
             (false, false) => ByteDamage::Detectable,
         };
         rates.delay_max = Duration::from_secs(10);
+        if !to_host && self.has(HostileFault::AlteredDigit) {
+            rates = Rates { damage: chance(0.03), kind: ByteDamage::Digit, ..rates };
+        }
         rates
     }
 }

@@ -239,7 +239,8 @@ impl GrblSim {
         };
         let tolerance = (self.arc_tolerance_mm as f32).min(radius);
         let count = (0.5 * turned * radius).abs() / (tolerance * (2.0 * radius - tolerance)).sqrt();
-        let count = count.floor();
+        // The firmware counts in 16 bits.
+        let count = count.floor().min(f32::from(u16::MAX));
         let mut targets = VecDeque::new();
         let mut k = 1.0;
         while k < count {

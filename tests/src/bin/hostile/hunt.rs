@@ -105,7 +105,7 @@ impl<'a> Hunt<'a> {
             println!("a session did not reach its end\n  again: --replay {}:{}", world.seed, spec.seed);
             self.keep(world, spec, "the session did not reach its end");
         }
-        if let Some(verdict) = outcome.verdict {
+        if let Some(verdict) = outcome.verdict.filter(|_| !self.arguments.altered_digit) {
             self.failed.store(true, Ordering::Relaxed);
             self.keep(world, spec, &format!("verdict: {verdict}"));
             report(world, spec, verdict, !self.arguments.first);
@@ -122,6 +122,9 @@ impl<'a> Hunt<'a> {
 
     fn end(self) -> ExitCode {
         self.totals.print();
+        if self.arguments.altered_digit {
+            self.totals.print_verdicts();
+        }
         println!(
             "{:.0} s of real time on {} threads",
             self.began.elapsed().as_secs_f64(),
@@ -133,7 +136,7 @@ impl<'a> Hunt<'a> {
             println!(
                 "FAILED: a session has a verdict or a fault, or did not reach its end ({broken} sessions)"
             );
-        } else {
+        } else if !self.arguments.altered_digit {
             println!("0 gouges, the stock to leave kept while jogging");
         }
         let mut record = self.record.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -85,6 +85,10 @@ struct Arguments {
     /// Only GRBL controllers, by the second model, which another author wrote from the documentation.
     #[arg(long, conflicts_with = "dialect")]
     second_model: bool,
+    /// Alter one digit of one line to the controller in each session, and nothing else. Gouges are counted, and do
+    /// not end the run. This measures the assumption A-04 (docs/safety/assumptions.md).
+    #[arg(long, conflicts_with = "suffering")]
+    altered_digit: bool,
     #[command(flatten)]
     shard: ShardOptions,
 }
@@ -139,6 +143,9 @@ impl Arguments {
         spec.driven |= self.driven;
         spec.at_panel |= self.panel;
         spec.second_model |= self.second_model;
+        if self.altered_digit {
+            spec.faults = vec![HostileFault::AlteredDigit];
+        }
     }
 
     /// Whether the arguments ask for this session.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use keepout_campaigns::{ShardRecord, mix};
-use keepout_tests::hostile::{HostileWorld, Outcome, Spec};
+use keepout_tests::hostile::{HostileWorld, Outcome, Spec, Verdict};
 
 /// Sums over the sessions of a run. Threads add to them.
 #[derive(Default)]
@@ -27,6 +27,8 @@ pub struct Totals {
     way_m: AtomicU64,
     contours: AtomicU64,
     faults: AtomicU64,
+    gouges: AtomicU64,
+    jogs_in_stock: AtomicU64,
     recoveries: AtomicU64,
     /// Sum of a digest of each session and its outcome. It does not depend on the order of the sessions.
     fingerprint: AtomicU64,
@@ -55,6 +57,11 @@ impl Totals {
         add(&self.contours, outcome.contoured.try_into().unwrap_or(0));
         add(&self.faults, outcome.faults);
         add(&self.recoveries, outcome.recoveries);
+        match outcome.verdict {
+            Some(Verdict::Gouge { .. }) => add(&self.gouges, 1),
+            Some(Verdict::StockToLeave { .. }) => add(&self.jogs_in_stock, 1),
+            None => {}
+        }
         add(&self.broken, u64::from(outcome.ended.is_none()));
         let session = [world.seed, spec.seed, millis, outcome.counts.jogs, outcome.rounds];
         add(&self.fingerprint, session.into_iter().fold(0, |digest, value| mix(digest ^ value)));
@@ -90,6 +97,8 @@ impl Totals {
             ("travel, µm", &self.way_m),
             ("decisions", &self.rounds),
             ("line faults", &self.faults),
+            ("gouges", &self.gouges),
+            ("jogs in the stock to leave", &self.jogs_in_stock),
             ("recoveries", &self.recoveries),
             ("fingerprint of the sessions", &self.fingerprint),
         ] {
@@ -98,6 +107,15 @@ impl Totals {
         if let Ok(ends) = self.ends.lock() {
             ends.iter().for_each(|(end, count)| record.total(&format!("end: {end}"), *count));
         }
+    }
+
+    /// Prints how many of the line's faults were followed by a gouge, or by a jog in the stock to leave.
+    pub fn print_verdicts(&self) {
+        let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        let (faults, gouges, jogs) = (get(&self.faults), get(&self.gouges), get(&self.jogs_in_stock));
+        println!(
+            "{faults} altered digits: {gouges} sessions with a gouge, {jogs} with a jog in the stock to leave"
+        );
     }
 
     /// Prints the sums.
