@@ -166,7 +166,7 @@ class Plan:
     """The part of a plan file that the rules need. The finishing passes follow it."""
     def __init__(self, data):
         need(data[:12] == b"KEEPOUT PLAN" and len(data) > 46, "R1: this is no plan file. Give the plan that was run.")
-        need(data[12:14] == b"\x09\x00", "R1: the plan has another version than 9. Use the program of that version.")
+        need(data[12:14] == b"\x0a\x00", "R1: the plan has another version than 10. Use the program of that version.")
         need(hashlib.sha256(data[46:]).digest() == data[14:46], "R1: the plan is damaged. Copy it again.")
         self.hash, self.regions, p = hashlib.sha256(data).hexdigest(), {}, Payload(data[46:])
         skip = lambda count: lambda: p.take(count)

@@ -20,10 +20,22 @@ use crate::{job, oracle};
 /// # Panics
 /// When certification accepts a plan that is wrong, or when a plan changes on its way to a file and back.
 pub fn plan_file(bytes: &[u8]) {
+    let _ = is_certified_plan(bytes);
+}
+
+/// Runs [`plan_file`]. Returns whether the plan was read and certified.
+///
+/// # Panics
+/// As [`plan_file`].
+#[must_use]
+pub fn is_certified_plan(bytes: &[u8]) -> bool {
     let whole = if bytes.starts_with(b"KEEPOUT PLAN") { bytes.to_vec() } else { sealed(bytes) };
     let plan = match plan_file::decode(&whole) {
         Ok(plan) => plan,
-        Err(error) => return check_message(&error.to_string()),
+        Err(error) => {
+            check_message(&error.to_string());
+            return false;
+        }
     };
     let stored = plan_file::encode(&plan).expect("a plan in memory can be written");
     let again = plan_file::decode(&stored).expect("what was written can be read");
@@ -31,19 +43,22 @@ pub fn plan_file(bytes: &[u8]) {
     let curves: usize =
         plan.passes.iter().flat_map(|pass| &pass.path.loops).map(|each| each.curves.len()).sum();
     if edges(&plan.profile).max(edges(&plan.zones)).max(curves) > CURVES_MAX {
-        return;
+        return false;
     }
-    match plan.certify() {
-        Ok(certified) => {
-            let plan = &certified.plan;
-            let terms = plan.budget.terms.iter().map(|term| &term.source);
-            let texts = terms.chain([&plan.provenance.name, &plan.provenance.unit, &plan.machine.name]);
-            let lines: Vec<&String> = texts.filter(|text| text.contains(char::is_control)).collect();
-            assert!(lines.is_empty(), "printed beside what was proved: {lines:?}");
-            oracle::watch(&certified, None);
+    let certified = match plan.certify() {
+        Ok(certified) => certified,
+        Err(error) => {
+            check_message(&error.to_string());
+            return false;
         }
-        Err(error) => check_message(&error.to_string()),
-    }
+    };
+    let plan = &certified.plan;
+    let terms = plan.budget.terms.iter().map(|term| &term.source);
+    let texts = terms.chain([&plan.provenance.name, &plan.provenance.unit, &plan.machine.name]);
+    let lines: Vec<&String> = texts.filter(|text| text.contains(char::is_control)).collect();
+    assert!(lines.is_empty(), "printed beside what was proved: {lines:?}");
+    oracle::watch(&certified, None);
+    true
 }
 
 /// A plan file with these bytes after the head and the hash.

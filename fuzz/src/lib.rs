@@ -28,7 +28,7 @@ mod small;
 
 pub use clear::clear;
 pub use dialects::{described_decode, grbl_decode, round_trip, venus_decode, zaber_decode};
-pub use files::{certificates_of_log, plan_file, session_log};
+pub use files::{certificates_of_log, is_certified_plan, plan_file, session_log};
 pub use import::dxf_import;
 pub use index::{index, index_check};
 pub use job::{plate, work};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use arbitrary::{Arbitrary, Unstructured};
 use keepout_fuzz::sketch::Sketch;
-use keepout_fuzz::{TARGETS, Target, certificates_of_log, corpus};
+use keepout_fuzz::{TARGETS, Target, certificates_of_log, corpus, is_certified_plan};
 use keepout_planner::machine::MachineProfile;
 
 fn here() -> &'static Path {
@@ -93,6 +93,20 @@ fn stored_logs_replay_with_certificates() {
     let counts: Vec<usize> = inputs("session_log").iter().map(|bytes| certificates_of_log(bytes)).collect();
     let certified = counts.iter().filter(|count| **count > 0).count();
     assert!(certified >= 4, "{certified} of {} have certificates", counts.len());
+}
+
+/// The seeds that were planned are certified. With seeds of another version, the target sees only the errors of the
+/// reader.
+#[test]
+fn planned_seeds_are_certified() {
+    let is_planned = |path: &PathBuf| path.to_string_lossy().ends_with("-planned");
+    let planned: Vec<PathBuf> =
+        files(&here().join("seeds/plan_file")).into_iter().filter(is_planned).collect();
+    let refused = planned.iter().find(|path| !is_certified_plan(&std::fs::read(path).expect("readable")));
+    assert!(
+        !planned.is_empty() && refused.is_none(),
+        "{refused:?}: run `cargo run -p keepout-fuzz --example seeds`"
+    );
 }
 
 macro_rules! tests {

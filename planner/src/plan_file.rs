@@ -15,7 +15,7 @@ use crate::sha256::hash;
 
 const MAGIC: &[u8; 12] = b"KEEPOUT PLAN";
 /// Format version of the files that this program writes. It reads no other version.
-pub const VERSION: u16 = 9;
+pub const VERSION: u16 = 10;
 const HEADER: usize = MAGIC.len() + 2 + 32;
 /// Largest size of a plan file, bytes.
 pub const SIZE_MAX: u64 = 1 << 30;
