@@ -51,14 +51,14 @@ fn clear_of(u: &mut Unstructured<'_>) -> Result<()> {
     ask(&part, &truth, drawn.corners_around(), threshold);
     // The same again with keep-out zones, and with edges whose curves leave their chords.
     for (_, chord_error) in drawn.outlines.iter_mut().flatten() {
-        *chord_error = slack_of(u)?;
+        *chord_error = chord_error_of(u)?;
     }
     for _ in 0..u.int_in_range(0..=2_u8)? {
         let zone = field.ring(u)?.into_iter().map(clamped);
-        drawn.zones.push(zone.map(|p| Ok((p, slack_of(u)?))).collect::<Result<_>>()?);
+        drawn.zones.push(zone.map(|p| Ok((p, chord_error_of(u)?))).collect::<Result<_>>()?);
     }
     let Some(mut part) = drawn.part() else { return Ok(()) };
-    let threshold = threshold.min(i64::from(COORD_MAX) - SLACK_MAX);
+    let threshold = threshold.min(i64::from(COORD_MAX) - CHORD_ERROR_MAX);
     prepare(&mut part, threshold, u)?;
     let truth = Truth::of(&drawn);
     for places in asked.into_iter().chain([drawn.corners_around()]) {
@@ -83,9 +83,9 @@ fn prepare(part: &mut ProhibitedRegion, threshold: i64, u: &mut Unstructured<'_>
 }
 
 /// Largest chord-error bound, lattice units.
-const SLACK_MAX: i64 = 1 << 17;
+const CHORD_ERROR_MAX: i64 = 1 << 17;
 
-fn slack_of(u: &mut Unstructured<'_>) -> Result<i64> {
+fn chord_error_of(u: &mut Unstructured<'_>) -> Result<i64> {
     Ok(match u.int_in_range(0..=3_u8)? {
         0 => i64::from(u16::arbitrary(u)?),
         1 => i64::from(u8::arbitrary(u)?),
@@ -187,7 +187,7 @@ impl Truth {
     }
 
     /// The least distance of points on the curve from the walls, less the walls' chord-error bounds.
-    #[expect(clippy::cast_precision_loss, reason = "slacks have 17 bits")]
+    #[expect(clippy::cast_precision_loss, reason = "chord errors have 17 bits")]
     fn kept_by(&self, curve: &Curve) -> f64 {
         let left = |place| {
             let off = |&((a, b), chord_error): &((Xy, Xy), i64)| {
@@ -202,7 +202,7 @@ impl Truth {
         self.walls.iter().any(|&((a, b), chord_error)| segments_within(p, q, a, b, r + chord_error))
     }
 
-    fn near_fan(&self, corners: [Xy; 3], r: i64) -> bool {
+    fn near_triangle(&self, corners: [Xy; 3], r: i64) -> bool {
         self.walls.iter().any(|&((a, b), chord_error)| triangle_within(corners, a, b, r + chord_error))
     }
 
@@ -232,8 +232,8 @@ fn ask(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64) {
     let motion = part.motion(start, at(q));
     assert_eq!(motion.is_ok(), !truth.near_motion(p, q, r), "motion from a free point {}", case());
     if let Ok(end) = motion {
-        let fan = part.fan(start, end, at(s)).is_ok();
-        assert_eq!(fan, !truth.near_fan([p, q, s], r), "swept triangle {}", case());
+        let swept = part.swept_triangle(start, end, at(s)).is_ok();
+        assert_eq!(swept, !truth.near_triangle([p, q, s], r), "swept triangle {}", case());
     }
     let clipped = plain(part.clip(start, at(q)).point());
     assert!(!truth.near_motion(p, clipped, r), "clipped at {clipped:?}, {}", case());
@@ -271,8 +271,9 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
         let points: Vec<Point> = corners.iter().map(|&corner| at(corner)).collect();
         let Some(polygon) = Convex::check(&points) else { continue };
         // The triangles from its first corner cover all of it.
-        let fans = corners[1..].windows(2).map(|pair| [p, pair[0], pair[1]]);
-        let near = truth.near_motion(p, corners[1], r) || fans.into_iter().any(|fan| truth.near_fan(fan, r));
+        let triangles = corners[1..].windows(2).map(|pair| [p, pair[0], pair[1]]);
+        let near = truth.near_motion(p, corners[1], r)
+            || triangles.into_iter().any(|each| truth.near_triangle(each, r));
         let end = part.polygon(start, polygon, at(q));
         assert_eq!(end.is_ok(), !near, "polygon {corners:?}, {}", case());
     }
@@ -283,7 +284,7 @@ fn ask_more(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r: i64, 
     let kept = truth.kept_by(&curve);
     // At the query's threshold, and at more than the arc keeps.
     for asked in [r, nearest_unit(kept).saturating_add(MORE).max(0)] {
-        let start = i64::from(COORD_MAX) - SLACK_MAX >= asked;
+        let start = i64::from(COORD_MAX) - CHORD_ERROR_MAX >= asked;
         let start = start.then(|| part.free_point(at(p), length(asked)).ok()).flatten();
         let keeps = start.is_some_and(|start| part.arc(start, arc).is_ok());
         // An arc's ends are on its circle to a unit or two.
@@ -300,6 +301,6 @@ fn ask_simplified(part: &ProhibitedRegion, truth: &Truth, [p, q, s]: [Xy; 3], r:
     assert!(!truth.near_point(p, r) && truth.is_free(p), "free point {}", case());
     let Ok(end) = simplified.motion(start, at(q)) else { return };
     assert!(!truth.near_motion(p, q, r), "motion {}", case());
-    let fan = simplified.fan(start, end, at(s));
-    assert!(fan.is_err() || !truth.near_fan([p, q, s], r), "swept triangle {}", case());
+    let swept = simplified.swept_triangle(start, end, at(s));
+    assert!(swept.is_err() || !truth.near_triangle([p, q, s], r), "swept triangle {}", case());
 }

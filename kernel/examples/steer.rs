@@ -45,11 +45,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let aside = part.motion(start, mm(-10.0, -10.0)?)?;
-    match part.fan(start, aside, mm(0.0, -20.0)?) {
+    match part.swept_triangle(start, aside, mm(0.0, -20.0)?) {
         Ok(free) => show("new target in mid-motion, certified to", free.point()),
         Err(blocked) => println!("the new target is refused: {blocked}"),
     }
-    if let Err(blocked) = part.fan(start, aside, mm(50.0, 20.0)?) {
+    if let Err(blocked) = part.swept_triangle(start, aside, mm(50.0, 20.0)?) {
         println!("another target is refused: {blocked}");
     }
 

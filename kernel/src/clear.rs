@@ -303,7 +303,7 @@ impl ProhibitedRegion {
     /// # Errors
     /// [`Blocked::ByEdge`] with an edge in the way. [`Blocked::StartTooNear`] when the two ends have
     /// different thresholds.
-    pub fn fan(&self, a: FreePoint, b: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
+    pub fn swept_triangle(&self, a: FreePoint, b: FreePoint, to: Point) -> Result<FreePoint, Blocked> {
         if a.threshold != b.threshold {
             return Err(Blocked::StartTooNear(if a.threshold < b.threshold { a.point } else { b.point }));
         }
@@ -311,8 +311,8 @@ impl ProhibitedRegion {
         if a.point == b.point {
             return self.motion(a, to);
         }
-        let fan = Triangle { corners: [a.point, b.point, to] };
-        match self.index.near_fan(fan, a.threshold) {
+        let triangle = Triangle { corners: [a.point, b.point, to] };
+        match self.index.near_triangle(triangle, a.threshold) {
             Some(edge) => Err(Blocked::ByEdge(*edge)),
             None => Ok(self.free(to, a.threshold)),
         }

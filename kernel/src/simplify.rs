@@ -39,7 +39,7 @@ impl ProhibitedRegion {
 
 fn simplify(ring: &Ring, tolerance: Length, into: &mut Vec<Edge>) {
     let chords: Vec<Segment> = ring.segments().collect();
-    let slacks = ring.slacks();
+    let chord_errors = ring.chord_errors();
     // A ring keeps at least three chords.
     let longest = RUN_MAX.min(chords.len() / 3).max(1);
     let mut first = 0;
@@ -50,7 +50,7 @@ fn simplify(ring: &Ring, tolerance: Length, into: &mut Vec<Edge>) {
             count += 1;
         }
         let run = first..first + count;
-        let chord_error = slacks[run.clone()].iter().copied().max().unwrap_or(Length::ZERO);
+        let chord_error = chord_errors[run.clone()].iter().copied().max().unwrap_or(Length::ZERO);
         let chord = Segment { from: chords[first].from, to: chords[first + count - 1].to };
         let chord_error = if count == 1 { chord_error } else { chord_error.saturating_plus(tolerance) };
         into.push(Edge { chord, chord_error });

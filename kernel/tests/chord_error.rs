@@ -35,8 +35,8 @@ fn every_query_adds_the_chord_error_of_each_edge() {
         let along = |beyond| part.motion(start, at(600_000, height(beyond)));
         assert!(along(chord_error).is_err());
         let end = along(chord_error + 1).unwrap();
-        assert!(part.fan(start, end, at(550_000, height(chord_error))).is_err());
-        assert!(part.fan(start, end, at(550_000, height(chord_error + 1))).is_ok());
+        assert!(part.swept_triangle(start, end, at(550_000, height(chord_error))).is_err());
+        assert!(part.swept_triangle(start, end, at(550_000, height(chord_error + 1))).is_ok());
     }
 }
 

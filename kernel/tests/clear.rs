@@ -102,7 +102,7 @@ fn arc_around_a_corner_is_clear_almost_at_its_radius() {
 }
 
 #[test]
-fn fan_is_the_whole_triangle() {
+fn swept_triangle_is_filled() {
     let part = part();
     // Two points left and right of the square, and a target below it: only the triangle's sides are clear.
     let (left, right) = (free(&part, -2000, 3000, 100), free(&part, 3000, 3000, 100));
@@ -112,22 +112,22 @@ fn fan_is_the_whole_triangle() {
             && part.motion(right, to).is_ok()
             && part.motion(left, right.point()).is_ok()
     );
-    assert!(matches!(part.fan(left, right, to), Err(Blocked::ByEdge(_))));
+    assert!(matches!(part.swept_triangle(left, right, to), Err(Blocked::ByEdge(_))));
     let above = at(500, 5000);
-    assert_eq!(part.fan(left, right, above).unwrap().point(), above);
+    assert_eq!(part.swept_triangle(left, right, above).unwrap().point(), above);
     // A motion that has not begun.
-    assert_eq!(part.fan(left, left, to).unwrap().point(), to);
+    assert_eq!(part.swept_triangle(left, left, to).unwrap().point(), to);
     let through = at(3000, -1000);
-    assert!(matches!(part.fan(left, left, through), Err(Blocked::ByEdge(_))));
+    assert!(matches!(part.swept_triangle(left, left, through), Err(Blocked::ByEdge(_))));
 }
 
 #[test]
-fn fan_names_the_end_with_the_lower_threshold() {
+fn swept_triangle_names_the_end_with_the_lower_threshold() {
     let part = part();
     let (high, low) = (free(&part, -2000, 0, 200), free(&part, -2000, 10, 100));
     let refused = Err(Blocked::StartTooNear(low.point()));
-    assert_eq!(part.fan(high, low, at(-1500, 0)), refused);
-    assert_eq!(part.fan(low, high, at(-1500, 0)), refused);
+    assert_eq!(part.swept_triangle(high, low, at(-1500, 0)), refused);
+    assert_eq!(part.swept_triangle(low, high, at(-1500, 0)), refused);
 }
 
 #[test]

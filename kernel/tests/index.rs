@@ -92,7 +92,7 @@ fn ask(index: &CheckedIndex, random: &mut Rng) {
     };
     let corners = [from, corner(2, 0), corner(3, 1), corner(2, 3)];
     let polygon = Convex::check(&corners).unwrap();
-    let fan = Triangle { corners: [from, corner(2, 0), to] };
+    let triangle = Triangle { corners: [from, corner(2, 0), to] };
     let agrees = |found: Option<&Edge>, near: &dyn Fn(&Edge) -> bool, shape: &str| {
         assert_eq!(found.is_some(), index.edges().iter().any(near), "{shape} at {from:?}");
         assert!(found.is_none_or(near), "{shape} at {from:?}");
@@ -100,11 +100,15 @@ fn ask(index: &CheckedIndex, random: &mut Rng) {
     agrees(index.near_point(from, threshold), &|edge| !edge.near_point(from, threshold).is_clear(), "point");
     let near_motion = |edge: &Edge| !edge.near_motion(motion, threshold).is_clear();
     agrees(index.near_motion(motion, threshold), &near_motion, "motion");
-    agrees(index.near_fan(fan, threshold), &|edge| !edge.near_fan(fan, threshold).is_clear(), "triangle");
+    agrees(
+        index.near_triangle(triangle, threshold),
+        &|edge| !edge.near_triangle(triangle, threshold).is_clear(),
+        "triangle",
+    );
     let near_polygon = |edge: &Edge| !edge.near_convex(polygon, threshold).is_clear();
     agrees(index.near_convex(polygon, threshold), &near_polygon, "polygon");
     agrees(index.near_box(window, threshold), &|edge| !edge.near_box(window, threshold).is_clear(), "box");
-    let approached = |edge: &Edge| !motion.recedes_from(edge.chord) && near_motion(edge);
+    let approached = |edge: &Edge| !motion.retracts_from(edge.chord) && near_motion(edge);
     agrees(index.approached(motion, threshold), &approached, "retract move");
     let mut visited = vec![false; index.edges().len()];
     let _ = index.along(motion, threshold, |number, _| {

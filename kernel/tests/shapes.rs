@@ -59,7 +59,7 @@ fn motion_retracts_exactly_when_the_distance_does_not_fall_at_the_start() {
         let falls = distance(next, wall.0, wall.1) < distance(from, wall.0, wall.1);
         let motion = Segment { from: point(p), to: point(q) };
         let wall = Segment { from: point(a), to: point(b) };
-        assert_eq!(motion.recedes_from(wall), !falls, "{motion:?} {wall:?}");
+        assert_eq!(motion.retracts_from(wall), !falls, "{motion:?} {wall:?}");
     }
 }
 

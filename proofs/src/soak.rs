@@ -198,14 +198,18 @@ impl Ask<'_> {
             assert_eq!(index.approached(motion, threshold).is_some(), approached, "retracting, {context}");
         }
         let swept = Triangle { corners: [at(p), at(q), at(s)] };
-        let near_fan = brute(index, r, |a, b, r| triangle_within([p, q, s], a, b, r));
-        assert_eq!(index.near_fan(swept, threshold).is_some(), near_fan, "swept triangle, {context}");
+        let near_triangle = brute(index, r, |a, b, r| triangle_within([p, q, s], a, b, r));
+        assert_eq!(
+            index.near_triangle(swept, threshold).is_some(),
+            near_triangle,
+            "swept triangle, {context}"
+        );
         let mut corners = swept.corners;
         if Convex::check(&corners).is_none() {
             corners.swap(1, 2);
         }
         let polygon = Convex::check(&corners).expect("one way round a triangle turns left");
-        assert_eq!(index.near_convex(polygon, threshold).is_some(), near_fan, "polygon, {context}");
+        assert_eq!(index.near_convex(polygon, threshold).is_some(), near_triangle, "polygon, {context}");
         let quadrangle = [at(p), at(q), at(s), at(near_by)];
         for order in [[0, 1, 2, 3], [0, 2, 1, 3], [0, 1, 3, 2], [0, 3, 2, 1], [0, 3, 1, 2], [0, 2, 3, 1]] {
             let corners = order.map(|k| quadrangle[k]);

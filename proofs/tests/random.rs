@@ -144,8 +144,8 @@ proptest! {
             prop_assert_eq!(clipped.point(), at(b));
         }
         if let Ok(second) = motion {
-            let fan_clear = edges.iter().all(|(p, q)| !triangle_segment_within([&ba, &bb, &bc], p, q, r));
-            prop_assert_eq!(part.fan(free, second, at(c)).is_ok(), fan_clear);
+            let triangle_clear = edges.iter().all(|(p, q)| !triangle_segment_within([&ba, &bb, &bc], p, q, r));
+            prop_assert_eq!(part.swept_triangle(free, second, at(c)).is_ok(), triangle_clear);
         }
     }
 

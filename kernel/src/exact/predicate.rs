@@ -272,7 +272,7 @@ pub fn box_segment<L: Lattice>(
 /// The distance to a convex set is convex along a line, so it never falls if it does not fall at the start.
 /// There the nearest point is `a`, `b` or the foot of the perpendicular, as in [`point_segment`]. The sign of
 /// the motion's component away from that point decides. From a point of the segment itself every motion
-/// recedes.
+/// retracts.
 #[inline(always)]
 pub fn retract<L: Lattice>(p: Site<L>, q: Site<L>, a: Site<L>, b: Site<L>) -> bool {
     let along = dot::<L>(a, p, b);

@@ -37,7 +37,7 @@ pub enum Piece {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ring {
     vertices: Arc<[Point]>,
-    slacks: Arc<[Length]>,
+    chord_errors: Arc<[Length]>,
 }
 
 /// Why a ring is invalid. Edge `i` runs from vertex `i` to the next vertex.
@@ -106,8 +106,8 @@ impl Ring {
     /// # Errors
     /// [`RingError`] with the place of the first fault.
     pub fn new(vertices: Vec<Point>) -> Result<Self, RingError> {
-        let slacks = vertices.iter().map(|_| Length::ZERO).collect();
-        Self::checked(vertices, slacks)
+        let chord_errors = vertices.iter().map(|_| Length::ZERO).collect();
+        Self::checked(vertices, chord_errors)
     }
 
     /// A ring from consecutive pieces. The last piece ends where the first begins.
@@ -116,7 +116,7 @@ impl Ring {
     /// [`RingError`] with the place of the first fault.
     pub fn from_pieces(pieces: &[Piece]) -> Result<Self, RingError> {
         let mut vertices: Vec<Point> = Vec::new();
-        let mut slacks = Vec::new();
+        let mut chord_errors = Vec::new();
         let mut end = pieces.last().map(Piece::end);
         for piece in pieces {
             match end {
@@ -128,7 +128,7 @@ impl Ring {
             match piece {
                 Piece::Line { segment, chord_error } => {
                     vertices.push(segment.from);
-                    slacks.push(*chord_error);
+                    chord_errors.push(*chord_error);
                 }
                 Piece::Arc { chords, chord_error } => {
                     // A sum that saturates exceeds the lattice with every positive threshold: every query
@@ -136,19 +136,19 @@ impl Ring {
                     let total = chords.chord_error().saturating_plus(*chord_error);
                     for chord in chords.segments() {
                         vertices.push(chord.from);
-                        slacks.push(total);
+                        chord_errors.push(total);
                     }
                 }
             }
         }
-        Self::checked(vertices, slacks)
+        Self::checked(vertices, chord_errors)
     }
 
-    fn checked(vertices: Vec<Point>, slacks: Vec<Length>) -> Result<Self, RingError> {
+    fn checked(vertices: Vec<Point>, chord_errors: Vec<Length>) -> Result<Self, RingError> {
         if vertices.len() < 3 {
             return Err(RingError::TooFewVertices { count: vertices.len() });
         }
-        let ring = Self { vertices: vertices.into(), slacks: slacks.into() };
+        let ring = Self { vertices: vertices.into(), chord_errors: chord_errors.into() };
         if let Some(edge) = ring.segments().find(|edge| edge.from == edge.to) {
             return Err(RingError::ZeroLengthEdge { at: edge.from });
         }
@@ -184,8 +184,8 @@ impl Ring {
 
     /// The chord-error bound of each edge, in the order of [`Ring::segments`].
     #[must_use]
-    pub fn slacks(&self) -> &[Length] {
-        &self.slacks
+    pub fn chord_errors(&self) -> &[Length] {
+        &self.chord_errors
     }
 
     /// Twice the enclosed area in square lattice units; positive when the ring runs counter-clockwise.

@@ -71,7 +71,7 @@ impl Segment {
     /// Whether the distance to `wall` never falls on the motion along this segment.
     #[must_use]
     #[inline]
-    pub fn recedes_from(self, wall: Self) -> bool {
+    pub fn retracts_from(self, wall: Self) -> bool {
         predicate::retract::<Product>(self.from.into(), self.to.into(), wall.from.into(), wall.to.into())
     }
 

@@ -23,7 +23,7 @@ pub fn edges_of_rings(rings: &[Ring]) -> Vec<Edge> {
     let mut edges = Vec::with_capacity(count);
     for ring in rings {
         edges.extend(
-            ring.segments().zip(ring.slacks()).map(|(chord, &chord_error)| Edge { chord, chord_error }),
+            ring.segments().zip(ring.chord_errors()).map(|(chord, &chord_error)| Edge { chord, chord_error }),
         );
     }
     edges

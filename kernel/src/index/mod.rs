@@ -58,8 +58,8 @@ impl Edge {
     /// Whether the chord comes within `threshold` plus chord error of the filled triangle.
     #[must_use]
     #[inline]
-    pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Proximity {
-        self.at(threshold, |r| fan.near_segment(self.chord, r))
+    pub fn near_triangle(&self, triangle: Triangle, threshold: Length) -> Proximity {
+        self.at(threshold, |r| triangle.near_segment(self.chord, r))
     }
 
     /// Whether the chord comes within `threshold` plus chord error of the filled polygon.

@@ -46,8 +46,8 @@ impl CheckedIndex {
 
     /// An edge within `threshold` of the filled triangle, or `None`.
     #[must_use]
-    pub fn near_fan(&self, fan: Triangle, threshold: Length) -> Option<&Edge> {
-        self.first(fan.bounds().grown(threshold), |edge| edge.near_fan(fan, threshold))
+    pub fn near_triangle(&self, triangle: Triangle, threshold: Length) -> Option<&Edge> {
+        self.first(triangle.bounds().grown(threshold), |edge| edge.near_triangle(triangle, threshold))
     }
 
     /// An edge within `threshold` of the filled convex polygon, or `None`.
@@ -69,7 +69,7 @@ impl CheckedIndex {
     #[must_use]
     pub fn approached(&self, motion: Segment, threshold: Length) -> Option<&Edge> {
         self.first(motion.bounds().grown(threshold), |edge| {
-            if motion.recedes_from(edge.chord) {
+            if motion.retracts_from(edge.chord) {
                 Proximity::Clear
             } else {
                 edge.near_motion(motion, threshold)

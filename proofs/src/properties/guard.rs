@@ -268,7 +268,7 @@ fn admitted_jogs_keep_the_hull_clear(start: Xy, targets: &[Xy], apart: bool) {
                 let swept = Triangle { corners: [a, b, at(target)] };
                 let inside = set.contains(&at(target));
                 assert!(
-                    !inside || guard.part().index().near_fan(swept, threshold).is_none(),
+                    !inside || guard.part().index().near_triangle(swept, threshold).is_none(),
                     "{start:?} {targets:?}"
                 );
             }
@@ -294,7 +294,7 @@ fn is_clear(guard: &Guard, set: &[Point], [stray, clearance]: [i64; 2], apart: b
     let triangles =
         set.iter().flat_map(|&a| set.iter().flat_map(move |&b| set.iter().map(move |&c| [a, b, c])));
     let mut triangles = triangles.map(|corners| Triangle { corners });
-    triangles.all(|triangle| index.near_fan(triangle, length(stray + clearance)).is_none())
+    triangles.all(|triangle| index.near_triangle(triangle, length(stray + clearance)).is_none())
 }
 
 fn admitted_cancels_keep_their_reach_clear(

@@ -174,7 +174,7 @@ fn clear_above(set: &[Point], lowest: i64, clearance: i64, apart: bool) -> bool 
     }
     let pairs = set.iter().flat_map(|&a| set.iter().map(move |&b| (a, b)));
     let mut triangles = pairs.flat_map(|(a, b)| set.iter().map(move |&c| Triangle { corners: [a, b, c] }));
-    triangles.all(|triangle| part.index().near_fan(triangle, length(clearance)).is_none())
+    triangles.all(|triangle| part.index().near_triangle(triangle, length(clearance)).is_none())
         && !part.holds(set[0])
 }
 

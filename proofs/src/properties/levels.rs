@@ -144,12 +144,12 @@ fn levels_hold_what_stands_above_the_tip(field: &HeightField, p: Xy, tip: Height
 /// Everything that a region can certify from a free point: motion, swept triangle, polygon, arc, retract move.
 fn certified(part: &ProhibitedRegion, from: FreePoint, [b, c]: [Point; 2]) -> [bool; 5] {
     let a = from.point();
-    let fan = part.motion(from, b).and_then(|second| part.fan(from, second, c));
+    let triangle = part.motion(from, b).and_then(|second| part.swept_triangle(from, second, c));
     let corners = [a, b, c];
     let polygon = Convex::check(&corners).is_some_and(|polygon| part.polygon(from, polygon, c).is_ok());
     let arc = quarter(a, b).is_some_and(|arc| part.arc(from, &arc).is_ok());
     let retract = part.retract(from, b, from.threshold()).is_ok();
-    [part.motion(from, b).is_ok(), fan.is_ok(), polygon, arc, retract]
+    [part.motion(from, b).is_ok(), triangle.is_ok(), polygon, arc, retract]
 }
 
 /// A quarter turn from `a` around `centre`.

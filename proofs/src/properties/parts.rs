@@ -218,12 +218,12 @@ fn clear_motions_and_swept_triangles_stay_free(
     // Rounding moves the place by less than 1.5 units.
     let (on_way, exact) = place([a, b, b], [shares[0], 0]);
     assert!(r < 2 && !exact || free(on_way, if exact { r } else { r - 2 }), "{}", case());
-    let Ok(third) = part.fan(first, second, at(c)) else { return };
+    let Ok(third) = part.swept_triangle(first, second, at(c)) else { return };
     assert!(third.point() == at(c) && third.threshold() == t && free(c, r), "{}", case());
     let (inside, exact) = place(corners, shares);
     assert!(r < 2 && !exact || free(inside, if exact { r } else { r - 2 }), "{}", case());
     let lower = first.lowered(length(r / 2)).expect("lower");
-    assert!(r < 2 || part.fan(lower, second, at(c)).is_err(), "thresholds differ");
+    assert!(r < 2 || part.swept_triangle(lower, second, at(c)).is_err(), "thresholds differ");
 }
 
 fn squares(edge: &Edge, p: Point) -> (Wide, Wide) {
@@ -351,8 +351,8 @@ fn what_is_clear_of_the_simplified_outline_is_clear_of_the_part(
     if simplified.motion_clear(motion, t).is_clear() {
         assert!(part.motion_clear(motion, t).is_clear(), "{}", case());
     }
-    if simplified.index().near_fan(swept, t).is_none() {
-        assert!(part.index().near_fan(swept, t).is_none(), "{}", case());
+    if simplified.index().near_triangle(swept, t).is_none() {
+        assert!(part.index().near_triangle(swept, t).is_none(), "{}", case());
     }
     // The simplified outline adds "near" answers only within twice the tolerance, and the chord errors of neighbours.
     let wide = length(r + 2 * tolerance + EDGE_ERROR);

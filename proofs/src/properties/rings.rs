@@ -118,7 +118,7 @@ fn ring_is_believed_exactly_when_simple(polygon: &[Xy]) {
         assert!(matches!(made, Err(RingError::ZeroLengthEdge { .. })), "{polygon:?} {made:?}");
     }
     match made {
-        Ok(ring) => assert!(ring.vertices() == points(polygon) && ring.slacks().len() == polygon.len()),
+        Ok(ring) => assert!(ring.vertices() == points(polygon) && ring.chord_errors().len() == polygon.len()),
         Err(RingError::TooFewVertices { .. }) => {}
         Err(RingError::ZeroLengthEdge { at: place }) => {
             assert!(sides(polygon).iter().any(|&(a, b)| a == b && at(a) == place), "{polygon:?}");

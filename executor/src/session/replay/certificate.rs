@@ -94,7 +94,7 @@ fn check_hull(part: &ProhibitedRegion, jogging_clearance: Length, set: &[Point])
     for (i, &a) in free.iter().enumerate() {
         for (j, &b) in free.iter().enumerate().skip(i + 1) {
             for c in free.iter().skip(j) {
-                part.fan(a, b, c.point()).map_err(|blocked| blocked.to_string())?;
+                part.swept_triangle(a, b, c.point()).map_err(|blocked| blocked.to_string())?;
             }
         }
     }

@@ -195,7 +195,7 @@ fn why(question: QueryKind) -> &'static str {
              time to build and a third of the memory, but overlap more than the boxes of bvh, which it\n\
              chooses by surface area."
         }
-        QueryKind::Fan => "",
+        QueryKind::SweptTriangle => "",
     }
 }
 

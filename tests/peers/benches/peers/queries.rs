@@ -14,19 +14,19 @@ pub enum QueryKind {
     Point,
     Motion,
     Clip,
-    Fan,
+    SweptTriangle,
     Nearest,
 }
 
 impl QueryKind {
-    pub const ALL: [Self; 5] = [Self::Point, Self::Motion, Self::Clip, Self::Fan, Self::Nearest];
+    pub const ALL: [Self; 5] = [Self::Point, Self::Motion, Self::Clip, Self::SweptTriangle, Self::Nearest];
 
     pub fn name(self) -> &'static str {
         match self {
             Self::Point => "clear(point)",
             Self::Motion => "clear(motion)",
             Self::Clip => "clip",
-            Self::Fan => "clear(swept triangle)",
+            Self::SweptTriangle => "clear(swept triangle)",
             Self::Nearest => "nearest",
         }
     }
@@ -66,7 +66,7 @@ pub fn run(family: ProfileFamily, count: usize, rounds: usize, results: &mut Vec
         if moves.len() >= 20 {
             push(QueryKind::Motion, motions_race(&part, &plain, &peers, &moves, rounds));
             push(QueryKind::Clip, clips_race(&part, &plain, &peers, &moves, rounds));
-            push(QueryKind::Fan, fans_race(&part, &moves, rounds));
+            push(QueryKind::SweptTriangle, triangles_race(&part, &moves, rounds));
         }
     }
 }
@@ -224,10 +224,10 @@ fn lowered() -> keepout_kernel::Length {
     keepout_kernel::Length::from_units(i64::from(threshold().units()) - 10).expect("a length")
 }
 
-fn fans_race(part: &ProhibitedRegion, moves: &[(FreePoint, Point)], rounds: usize) -> Vec<Timed> {
+fn triangles_race(part: &ProhibitedRegion, moves: &[(FreePoint, Point)], rounds: usize) -> Vec<Timed> {
     // The triangle of the start and end of one motion and the next target. It covers a change of target
     // during the motion.
-    let fans: Vec<(FreePoint, FreePoint, Point)> = moves
+    let triangles: Vec<(FreePoint, FreePoint, Point)> = moves
         .iter()
         .zip(moves.iter().skip(1))
         .filter_map(|(&(a, b), &(_, to))| Some((a, part.motion(a, b).ok()?, to)))
@@ -236,11 +236,14 @@ fn fans_race(part: &ProhibitedRegion, moves: &[(FreePoint, Point)], rounds: usiz
             f64::from(d.dx).hypot(f64::from(d.dy)) < 1e8
         })
         .collect();
-    let n = fans.len();
+    let n = triangles.len();
     let yes = |clear: bool| f64::from(u8::from(clear));
-    let segments = |i: usize| Segment { from: fans[i].0.point(), to: fans[i].2 };
+    let segments = |i: usize| Segment { from: triangles[i].0.point(), to: triangles[i].2 };
     let rivals = vec![
-        Rival::new("swept triangle", n, |i| yes(part.fan(fans[i].0, fans[i].1, fans[i].2).is_ok())),
+        Rival::new("swept triangle", n, |i| {
+            let (from, to, target) = triangles[i];
+            yes(part.swept_triangle(from, to, target).is_ok())
+        }),
         Rival::new("its motion alone", n, |i| yes(part.motion_clear(segments(i), threshold()).is_clear())),
     ];
     race(rivals, n, rounds)
