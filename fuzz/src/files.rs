@@ -23,10 +23,10 @@ pub fn plan_file(bytes: &[u8]) {
     let _ = is_certified_plan(bytes);
 }
 
-/// Runs [`plan_file`]. Returns whether the plan was read and certified.
+/// Runs [`plan_file()`]. Returns whether the plan was read and certified.
 ///
 /// # Panics
-/// As [`plan_file`].
+/// As [`plan_file()`].
 #[must_use]
 pub fn is_certified_plan(bytes: &[u8]) -> bool {
     let whole = if bytes.starts_with(b"KEEPOUT PLAN") { bytes.to_vec() } else { sealed(bytes) };
