@@ -29,13 +29,14 @@ pub fn plan_file(bytes: &[u8]) {
 /// As [`plan_file()`].
 #[must_use]
 pub fn is_certified_plan(bytes: &[u8]) -> bool {
+    let no_plan = |message: &str| {
+        check_message(message);
+        false
+    };
     let whole = if bytes.starts_with(b"KEEPOUT PLAN") { bytes.to_vec() } else { sealed(bytes) };
     let plan = match plan_file::decode(&whole) {
         Ok(plan) => plan,
-        Err(error) => {
-            check_message(&error.to_string());
-            return false;
-        }
+        Err(error) => return no_plan(&error.to_string()),
     };
     let stored = plan_file::encode(&plan).expect("a plan in memory can be written");
     let again = plan_file::decode(&stored).expect("what was written can be read");
@@ -47,16 +48,13 @@ pub fn is_certified_plan(bytes: &[u8]) -> bool {
     }
     let certified = match plan.certify() {
         Ok(certified) => certified,
-        Err(error) => {
-            check_message(&error.to_string());
-            return false;
-        }
+        Err(error) => return no_plan(&error.to_string()),
     };
     let plan = &certified.plan;
     let terms = plan.budget.terms.iter().map(|term| &term.source);
     let texts = terms.chain([&plan.provenance.name, &plan.provenance.unit, &plan.machine.name]);
     let lines: Vec<&String> = texts.filter(|text| text.contains(char::is_control)).collect();
-    assert!(lines.is_empty(), "printed beside what was proved: {lines:?}");
+    assert!(lines.is_empty(), "pages print these texts, and they hold control characters: {lines:?}");
     oracle::watch(&certified, None);
     true
 }
