@@ -3,12 +3,14 @@
 
 use keepout_kernel::{Curve, Length, Point, Segment, UNITS_PER_MM};
 
+use super::join::distance_mm;
 use super::{Chained, Repair};
 use crate::Mm2;
 use crate::profile::{ProfileEdge, ProfileLoop};
 use crate::units::{point_from_mm, point_mm};
 
-/// The edges of a removed crossing have at most this length together, in joining tolerances.
+/// What is removed with a crossing has at most this length, in joining tolerances: the edges between the two that
+/// cross, and the ends of these two. So no place of it is farther away than half of that.
 const LENGTH: f64 = 4.0;
 /// Largest number of crossings that are removed from one contour.
 const CROSSINGS_MAX: usize = 1000;
@@ -36,6 +38,7 @@ struct Crossing {
     /// Number of edges between the two.
     between: usize,
     at: Point,
+    /// Length of what is removed.
     length_mm: f64,
 }
 
@@ -67,7 +70,9 @@ fn first_crossing(each: &ProfileLoop, most_mm: f64) -> Option<Crossing> {
                 return None;
             }
             let Curve::Line(other) = each.edges[(first + between + 1) % count].curve else { continue };
-            if let Some(at) = meeting(one, other) {
+            let Some(at) = meeting(one, other) else { continue };
+            let length_mm = length_mm + distance_mm(one.to, at) + distance_mm(at, other.from);
+            if length_mm <= most_mm {
                 return Some(Crossing { first, between, at, length_mm });
             }
         }

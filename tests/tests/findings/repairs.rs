@@ -21,8 +21,23 @@ fn with_corners(more: &[PlainXy]) -> SmallDrawing {
 
 #[test]
 fn closing_segment_that_runs_back_is_removed() {
-    is_plate(&with_corners(&[(0.0, -0.0006)]), "crossing of 0.00060 mm removed");
-    is_plate(&with_corners(&[(0.0006, -0.0003)]), "crossing of 0.00067 mm removed");
+    is_plate(&with_corners(&[(0.0, -0.0006)]), "crossing of 0.00120 mm removed");
+    is_plate(&with_corners(&[(0.0006, -0.0003)]), "crossing of 0.00157 mm removed");
+}
+
+/// Two sides of a needle cross halfway. Found by the fuzzer: the needle beyond the crossing was removed, however
+/// long, where its end was short.
+#[test]
+fn needle_beyond_a_crossing_is_removed_only_if_it_is_short() {
+    let needle = |length: f64| {
+        let top = 30.0 + length;
+        let corners = [(30.001, 30.0), (29.999, top), (30.001, top), (29.999, 30.0), (0.0, 30.0)];
+        SmallDrawing::mm().loop_on("0", "", &[&PLATE[..3], &corners].concat())
+    };
+    is_plate(&needle(0.01), "crossing of");
+    let found = inspected(&needle(15.0));
+    assert!(found.repairs.is_empty(), "{:?}", found.repairs);
+    assert!(plan(&needle(15.0), 3.0).is_err(), "7.5 mm of the needle would be missing");
 }
 
 #[test]
