@@ -29,7 +29,7 @@ const PLAN_HEAD: usize = 12 + 2 + 32;
 /// Longer plan files are not used as seeds.
 const PLAN_MAX: usize = 4_000;
 /// Largest number of bytes of a log in a seed.
-const LOG_MAX: usize = 14_000;
+const LOG_MAX: usize = 16_384;
 
 fn main() -> Outcome {
     drawings()?;
@@ -142,11 +142,13 @@ fn logs() -> Outcome {
         let mut lines = String::new();
         // Without the checksum at the beginning of each line.
         for rest in text.lines().filter_map(|line| line.split_once(',').map(|(_, rest)| rest)) {
-            if lines.len() + rest.len() + 1 < LOG_MAX {
-                lines.push('{');
-                lines.push_str(rest);
-                lines.push('\n');
+            // A log with a hole does not replay.
+            if lines.len() + rest.len() + 2 > LOG_MAX {
+                break;
             }
+            lines.push('{');
+            lines.push_str(rest);
+            lines.push('\n');
         }
         write("session_log", name, lines.as_bytes())?;
         if name == "grbl-hand" {

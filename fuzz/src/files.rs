@@ -144,13 +144,18 @@ fn named(line: &[u8]) -> Vec<u8> {
     }
 }
 
+/// Changes a bit of the log, and then one of the last digit of a line's checksum.
 fn is_not_changed_unnoticed(log: &[u8], which: usize) {
+    const LAST_DIGIT: usize = "{\"crc\":\"".len() + 7;
     let Some(end) = log.iter().rposition(|&byte| byte == b'\n') else { return };
-    let (at, bit) = (which * 7 % end, which % 8);
-    let mut changed = log.to_vec();
-    changed[at] ^= 1 << bit;
-    let error = Log::parse(&changed).expect_err("a bit was changed");
-    assert!(!matches!(error, LogReadError::File(_)), "{error}");
+    let at = which * 7 % end;
+    let line = log[..at].iter().rposition(|&byte| byte == b'\n').map_or(0, |newline| newline + 1);
+    for (at, bit) in [(at, which % 8), (line + LAST_DIGIT, 0)] {
+        let mut changed = log.to_vec();
+        changed[at] ^= 1 << bit;
+        let error = Log::parse(&changed).expect_err("a bit was changed");
+        assert!(!matches!(error, LogReadError::File(_)), "{error}");
+    }
 }
 
 /// Checks that every certified motion is clear of the part: the whole in-flight set with a jog, and each

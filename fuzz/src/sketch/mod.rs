@@ -20,9 +20,6 @@ use crate::import;
 const ZONES: &str = "CLAMPS";
 /// Largest number of outlines of a drawing.
 const OUTLINES_MAX: u32 = 4;
-/// Drawings with more curves than this are left out: copies of long splines at the finest `--curve-mm` become
-/// hundreds of thousands of edges, which take minutes under the sanitizer.
-const CURVES_MAX: usize = 200;
 
 /// A drawing and a plan request for it.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,7 +84,8 @@ pub fn drawing(bytes: &[u8]) {
     let Ok(sketch) = Sketch::arbitrary(&mut Unstructured::new(bytes)) else { return };
     let dxf = sketch.dxf();
     let drawn = keepout_planner::drawing::import(dxf.as_bytes(), &sketch.order.choice);
-    if drawn.is_ok_and(|drawn| drawn.curves.len() > CURVES_MAX) {
+    // Copies of long splines at the finest `--curve-mm` become hundreds of thousands of edges.
+    if drawn.is_ok_and(|drawn| drawn.curves.len() > import::CURVES_MAX) {
         return;
     }
     if let Some((part, zones)) = import::check_request(dxf.as_bytes(), &sketch.order) {
