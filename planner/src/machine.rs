@@ -257,7 +257,7 @@ impl MachineProfile {
             ("max_rate_mm_s", self.max_rate_mm_s, 1e-3..=1e5),
             ("acceleration_mm_s2", self.acceleration_mm_s2, 1e-3..=1e6),
             ("steps_per_mm", self.steps_per_mm, 0.1..=1e6),
-            ("arc_tolerance_mm", self.arc_tolerance_mm, 0.000_1..=1.0),
+            ("arc_tolerance_mm", self.arc_tolerance_mm, 0.000_5..=1.0),
             ("report_digit_mm", self.report_digit_mm, 0.0..=10.0),
             ("repeatability_mm", self.repeatability_mm, 0.0..=10.0),
             ("contour_error_mm", self.contour_error_mm, 0.0..=10.0),

@@ -123,7 +123,7 @@ fn grbl(mut jog: impl FnMut(u32) -> Vec<u8>) -> impl FnMut(&[u8]) -> Vec<u8> {
         } else if bytes == b"$I\n" {
             b"[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n".to_vec()
         } else if bytes == b"$N\n" {
-            b"$N0=\r\n$N1=\r\nok\r\n".to_vec()
+            b"$N0=\r\n$N1=G80\r\nok\r\n".to_vec()
         } else if bytes.starts_with(b"$J=") {
             jogs += 1;
             jog(jogs)
@@ -220,10 +220,13 @@ fn error_8_is_retried_a_limited_number_of_times() {
 }
 
 #[test]
-fn inches_too_few_steps_and_a_rotation_are_rejected() {
+fn unfit_controllers_are_rejected() {
     for (from, to, name) in [
         ("$13=0", "$13=1", "$13"),
         ("$100=400.000", "$100=80.000", "$100"),
+        ("$10=3", "$10=1", "$10"),
+        ("$12=0.001", "$12=0.005", "$12"),
+        ("$N1=G80", "$N1=", "$N"),
         ("[G54:-5.000,0.000,0.000]", "[G54:-5.000,0.000,0.000:0.00]", "G54 rotation"),
     ] {
         let mut inner = grbl(|_| Vec::new());

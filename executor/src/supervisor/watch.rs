@@ -16,8 +16,8 @@ const HOMING_MAX: Duration = Duration::from_secs(90);
 /// Time limit for a step of the start, unless the longest permitted silence requires a longer one. A slower
 /// step counts as a lost line.
 const START_WITHIN: Duration = Duration::from_secs(20);
-/// Greatest number of exchanges in a step of the start. The GRBL dialect wakes the controller, identifies it,
-/// reads its settings, and stores up to three of them, one after the other.
+/// Greatest number of exchanges in a step of the start. The GRBL dialect wakes the controller, identifies it, reads
+/// its settings and startup lines, stores up to two settings, one after the other, and reads them all again.
 const START_EXCHANGES: u32 = 8;
 /// Greatest number of tolerated rejections in a row. The next rejection is a fault.
 const REFUSED_MAX: u8 = 20;

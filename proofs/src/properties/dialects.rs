@@ -137,8 +137,10 @@ fn ready() -> Grbl {
         grbl.encode(&command, &mut out).expect("the command moves no axis");
         let answer: &[u8] = match command {
             Command::Prepare => {
-                b"ok\r\n[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n$10=3\r\n$12=0.001\r\n$13=0\r\n\
-                  $22=1\r\n$100=400\r\n$101=400\r\nok\r\n$N0=\r\n$N1=G80\r\nok\r\nok\r\n"
+                // The arc tolerance is stored, and then everything is read back.
+                b"ok\r\n[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n$10=3\r\n$12=0.002\r\n$13=0\r\n\
+                  $22=1\r\n$100=400\r\n$101=400\r\nok\r\n$N0=\r\n$N1=G80\r\nok\r\nok\r\n$10=3\r\n\
+                  $12=0.001\r\n$13=0\r\n$22=1\r\n$100=400\r\n$101=400\r\nok\r\n$N0=\r\n$N1=G80\r\nok\r\n"
             }
             _ => {
                 b"ok\r\nok\r\n[G54:0.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\nok\r\n\

@@ -7,7 +7,7 @@ use keepout_executor::supervisor::Phase;
 use super::job::Case;
 
 /// Numbers of lines that a transcript shows at the beginning and at the end of each part of a session.
-const FIRST: usize = 44;
+const FIRST: usize = 72;
 const LAST: usize = 12;
 
 /// The parts of a session, in order, with their lines.

@@ -29,6 +29,8 @@ impl GrblSim {
         match name {
             "$10" => self.report_mask = value.parse().map_err(|_| 2_u8)?,
             "$12" => self.arc_tolerance_mm = value.parse().map_err(|_| 2_u8)?,
+            // GRBL stores startup lines at rest only, and not while it is locked.
+            "$N0" | "$N1" if self.mode != Mode::Idle && !self.is_hal() => return Err(8),
             "$N0" => self.startup[0] = value.into(),
             "$N1" => self.startup[1] = value.into(),
             _ => return Err(3),

@@ -17,6 +17,7 @@ mod identity;
 mod inspect;
 mod meaning;
 mod settings;
+mod start;
 mod status;
 #[cfg(test)]
 mod tests;
@@ -28,12 +29,12 @@ use inspect::GrblInspector;
 use keepout_guard::{Interpolation, Motion, OnCancel};
 use keepout_kernel::{Curve, Height, LatticeError, Place, Point, Turn};
 use meaning::{alarm_text, error_text};
-use settings::{Settings, StartupBlocks, Stated, Stores};
+use settings::{Settings, StartupBlocks, Stated, Stores, setting_value};
 pub use status::Status;
 
 use super::lines::{Line, Lines, as_str, push_number};
 use super::{Dialect, DialectConfig, Inspector};
-use crate::supervisor::{Abilities, Command, EncodeError, Limits, Reply, Report, text};
+use crate::supervisor::{Abilities, Command, EncodeError, Reply, Report, text};
 
 /// Longest motion line, bytes: GRBL's receive buffer holds 127, and a line may arrive twice.
 const LINE_MAX: usize = 63;
@@ -51,7 +52,11 @@ enum Stage {
     /// `$N` was sent. Its answer lists the lines that the controller runs after a reset.
     ReadingBlocks(Settings, StartupBlocks),
     /// A line that stores a setting is unanswered; these stores follow.
-    Storing(Stores, Limits),
+    Storing(Stores),
+    /// A line that stores a startup line is unanswered.
+    StoringBlock,
+    /// `$N` was sent to read the stored startup line back.
+    ReadingBack(StartupBlocks),
     Prepared,
     Homing,
     /// This many lines that set modes are unanswered.
@@ -71,6 +76,8 @@ pub struct Grbl {
     work_offset: Option<Place>,
     /// The work offset as the parameter list states it.
     stated: Stated,
+    /// The startup line to store before the session arms. GRBL stores none before it is homed.
+    startup: Option<&'static [u8]>,
     buffers: Buffers,
     lines: Lines,
     /// A switch of the spindle is unanswered, and no motion is.
@@ -87,6 +94,7 @@ impl Grbl {
             stage: Stage::Silent,
             work_offset: None,
             stated: Stated::default(),
+            startup: None,
             buffers: Buffers::default(),
             lines: Lines::default(),
             switches_spindle: false,
@@ -148,21 +156,25 @@ impl Grbl {
         } else if line.starts_with('<') && line.ends_with('>') {
             self.report(line).or(garbled)
         } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
-            match (name.parse::<u16>(), value.split_whitespace().next().unwrap_or("").parse::<f64>()) {
-                // grblHAL has settings that are not numbers.
-                (Ok(number), value) if value.is_ok() || matches!(self.stage, Stage::Reading(_)) => {
-                    if let Stage::Reading(settings) = &mut self.stage {
-                        settings.take(number, value.unwrap_or(f64::NAN));
-                    }
+            match (name.parse::<u16>(), &mut self.stage) {
+                (Ok(number), Stage::Reading(settings)) => {
+                    settings.take(number, value);
                     None
                 }
-                _ if name.starts_with('N') => {
-                    if let Stage::ReadingBlocks(_, blocks) = &mut self.stage {
-                        blocks.take(name, value);
-                        return None;
+                (Ok(_), _) => {
+                    if setting_value(value).is_nan() {
+                        garbled
+                    } else {
+                        None
                     }
-                    Some(Reply::Message(text(line)))
                 }
+                (_, Stage::ReadingBlocks(_, blocks) | Stage::ReadingBack(blocks))
+                    if name.starts_with('N') =>
+                {
+                    blocks.take(name, value);
+                    None
+                }
+                _ if name.starts_with('N') => Some(Reply::Message(text(line))),
                 _ => garbled,
             }
         } else if line.starts_with("Grbl ") || line.starts_with("GrblHAL ") {
@@ -204,18 +216,15 @@ impl Grbl {
             Stage::Silent | Stage::Aborting => None,
             Stage::Waking => self.identify(out),
             Stage::Identifying(identity) => self.identified(identity, out),
-            Stage::Reading(settings) => {
-                match settings.check(self.setting.steps_per_mm, self.setting.z.map(|z| z.steps_per_mm)) {
-                    Ok(()) => {
-                        out.extend(b"$N\n");
-                        self.stage = Stage::ReadingBlocks(settings, StartupBlocks::default());
-                        None
-                    }
-                    Err(unfit) => Some(Reply::Unfit(unfit)),
-                }
-            }
+            Stage::Reading(settings) => self.has_read(settings, out),
             Stage::ReadingBlocks(settings, blocks) => self.set_up(&settings, blocks, out),
-            Stage::Storing(stores, limits) => self.store(stores, limits, out),
+            Stage::Storing(stores) => self.store(stores, out),
+            Stage::StoringBlock => {
+                out.extend(b"$N\n");
+                self.stage = Stage::ReadingBack(StartupBlocks::default());
+                None
+            }
+            Stage::ReadingBack(blocks) => self.has_block(blocks, out),
             Stage::Homing => {
                 self.stage = Stage::Prepared;
                 Some(Reply::Homed)
@@ -241,54 +250,6 @@ impl Grbl {
             Stage::Waking => self.identify(out),
             _ => Some(Reply::Refused { code, meaning: error_text(code), transient: code == NOT_IDLE }),
         }
-    }
-
-    fn identify(&mut self, out: &mut Vec<u8>) -> Option<Reply> {
-        out.extend(b"$I\n");
-        self.stage = Stage::Identifying(Identity::default());
-        None
-    }
-
-    fn identified(&mut self, identity: Identity, out: &mut Vec<u8>) -> Option<Reply> {
-        if let Err(unfit) = identity.check(self.hal) {
-            return Some(Reply::Unfit(unfit));
-        }
-        out.extend(b"$$\n");
-        self.stage = Stage::Reading(Settings::default());
-        None
-    }
-
-    /// Stores the settings that the session relies on, where the controller has other values.
-    fn set_up(&mut self, settings: &Settings, blocks: StartupBlocks, out: &mut Vec<u8>) -> Option<Reply> {
-        let startup = match blocks.needed() {
-            Ok(startup) => startup,
-            Err(unfit) => return Some(Reply::Unfit(unfit)),
-        };
-        let mm = self.setting.arc_tolerance_mm;
-        let stores = Stores {
-            startup,
-            report_mask: settings.report_mask_needed(self.hal),
-            arc_tolerance_mm: (!settings.follows_arcs(mm)).then_some(mm),
-        };
-        self.store(stores, settings.limits(), out)
-    }
-
-    /// Stores the next setting. After the last one the controller is prepared. GRBL loses bytes that arrive
-    /// while it writes a setting, so each store waits for the answer to the previous one.
-    fn store(&mut self, mut stores: Stores, limits: Limits, out: &mut Vec<u8>) -> Option<Reply> {
-        match stores.take_next() {
-            Some(line) => {
-                out.extend(line);
-                self.stage = Stage::Storing(stores, limits);
-                None
-            }
-            None => self.prepared(limits),
-        }
-    }
-
-    fn prepared(&mut self, limits: Limits) -> Option<Reply> {
-        self.stage = Stage::Prepared;
-        Some(Reply::Prepared(limits))
     }
 
     /// `None` when the report is malformed: the dialect then uses no part of it.
@@ -346,16 +307,13 @@ impl Dialect for Grbl {
                 // It may be another controller.
                 self.buffers = Buffers::default();
             }
-            // A change of work coordinates makes the next report carry their offset. The parameter list must
-            // agree with it.
-            Command::Arm => {
-                // Scaling in grblHAL applies to every line, also to jogs, until a G50 cancels it.
-                let scaling: &[u8] = if self.hal { b"G50" } else { b"" };
-                out.extend([b"G21G90G94G17G40G49G80", scaling, b"G55\nG54\n$#\n"].concat());
-                self.work_offset = None;
-                self.stated = Stated::default();
-                self.stage = Stage::Arming(3);
-            }
+            Command::Arm => match self.startup {
+                Some(line) => {
+                    out.extend(line);
+                    self.stage = Stage::StoringBlock;
+                }
+                None => self.arm(out),
+            },
             Command::Home => {
                 out.extend(b"$H\n");
                 self.stage = Stage::Homing;

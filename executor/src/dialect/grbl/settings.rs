@@ -2,6 +2,8 @@
 //!
 //! Implements SR-19.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 use keepout_kernel::curve::nearest_unit;
 use keepout_kernel::{Height, Place, Point};
 
@@ -133,30 +135,55 @@ fn words(line: &str) -> Vec<String> {
 /// The settings still to store.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Stores {
-    /// A complete startup line.
-    pub(super) startup: Option<&'static [u8]>,
-    pub(super) report_mask: Option<u16>,
-    pub(super) arc_tolerance_mm: Option<f64>,
+    report_mask: Option<u16>,
+    arc_tolerance_mm: Option<f64>,
+    /// [`Settings::others`] before the stores.
+    others: u64,
 }
 
 impl Stores {
     /// The next line to send.
     pub(super) fn take_next(&mut self) -> Option<Vec<u8>> {
-        if let Some(line) = self.startup.take() {
-            return Some(line.to_vec());
-        }
         if let Some(mask) = self.report_mask.take() {
             return Some(format!("$10={mask}\n").into_bytes());
         }
-        // Rounds down to a written digit: rounded up, arcs would deviate by more than the margin allows.
-        let stated = (self.arc_tolerance_mm.take()? * 1e5 + 1e-6).floor() / 1e5;
-        Some(format!("$12={stated:.5}\n").into_bytes())
+        Some(format!("$12={:.5}\n", written_mm(self.arc_tolerance_mm.take()?)).into_bytes())
+    }
+
+    /// The settings to read after the stores.
+    pub(super) fn to_compare_with(self) -> Settings {
+        Settings { before: Some(self.others), ..Settings::default() }
     }
 }
+
+/// The arc tolerance as it is stored, rounded down to a written digit: rounded up, arcs would deviate by more than
+/// the margin allows.
+fn written_mm(arc_tolerance_mm: f64) -> f64 {
+    (arc_tolerance_mm * 1e5 + 1e-6).floor() / 1e5
+}
+
+/// The number in the value of a setting, NaN if there is none. Some controllers name the unit after it.
+pub(super) fn setting_value(text: &str) -> f64 {
+    let number = text.split_whitespace().next().and_then(|number| number.parse().ok());
+    number.filter(|number: &f64| number.is_finite()).unwrap_or(f64::NAN)
+}
+
+/// The refusal of a controller that lists a setting otherwise than it was stored.
+pub(super) fn not_stored(name: &'static str, listed: Option<f64>) -> Unfit {
+    let needed = "as this session stored it: start again, and check the cable if it comes back";
+    Unfit { name, value: listed.unwrap_or(f64::NAN), needed }
+}
+
+/// The settings that a session stores.
+const STORED: [u16; 2] = [10, 12];
 
 /// Controller settings that safety and jogging rest on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Settings {
+    /// A digest of the settings that no session stores.
+    others: u64,
+    /// What it was before the session stored settings. `None` at the first reading.
+    before: Option<u64>,
     report_mask: Option<f64>,
     arc_tolerance_mm: Option<f64>,
     inches: Option<f64>,
@@ -169,9 +196,14 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// Takes the value of a setting. NaN stands for a value that is not a finite number.
-    pub(super) fn take(&mut self, number: u16, value: f64) {
-        let value = if value.is_finite() { value } else { f64::NAN };
+    /// Takes a setting. A value that is not a number counts as NaN.
+    pub(super) fn take(&mut self, number: u16, text: &str) {
+        let value = setting_value(text);
+        if !STORED.contains(&number) {
+            let mut digest = DefaultHasher::new();
+            (self.others, number, text).hash(&mut digest);
+            self.others = digest.finish();
+        }
         match number {
             10 => self.report_mask = Some(value),
             12 => self.arc_tolerance_mm = Some(value),
@@ -216,6 +248,35 @@ impl Settings {
         Ok(())
     }
 
+    /// What to store so that a session can rely on the controller, at the first reading. At the second one, after
+    /// the stores, `None`. `mm` is the arc tolerance that the margin allows.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the second reading differs from what was stored, or else from the first one: a digit changed on
+    /// the way, in a value or in the number of a setting.
+    pub(super) fn stores(&self, hal: bool, mm: f64) -> Result<Option<Stores>, Unfit> {
+        let has_arcs = self.follows_arcs(mm);
+        let Some(before) = self.before else {
+            return Ok(Some(Stores {
+                report_mask: self.report_mask_needed(hal),
+                arc_tolerance_mm: (!has_arcs).then_some(mm),
+                others: self.others,
+            }));
+        };
+        // Some builds of grblHAL list the bits of GRBL only.
+        if self.report_mask_needed(false).is_some() {
+            return Err(not_stored("$10", self.report_mask));
+        }
+        if !has_arcs && !self.reads_back_arcs(mm) {
+            return Err(not_stored("$12", self.arc_tolerance_mm));
+        }
+        if self.others != before {
+            let needed = "the same in two answers: start again, and check the cable if it comes back";
+            return Err(Unfit { name: "$$", value: f64::NAN, needed });
+        }
+        Ok(None)
+    }
+
     /// The report mask to store, if the controller's mask lacks machine positions (bit 0) or buffers (bit 1).
     /// grblHAL reports its work offset only with bit 5.
     pub(super) fn report_mask_needed(&self, hal: bool) -> Option<u16> {
@@ -228,6 +289,13 @@ impl Settings {
     /// Whether the arc tolerance is provably at most `mm`. The controller reports it with three decimals.
     pub(super) fn follows_arcs(&self, mm: f64) -> bool {
         self.arc_tolerance_mm.is_some_and(|reported| reported >= 0.001 && reported + 0.0005 <= mm)
+    }
+
+    /// Whether the controller can have the arc tolerance that was stored for `mm`. It rounds a half either way. A
+    /// listed 0 can be no tolerance at all.
+    pub(super) fn reads_back_arcs(&self, mm: f64) -> bool {
+        let fits = |listed: f64| listed > 0.0 && (listed - written_mm(mm)).abs() <= 0.000_501;
+        self.arc_tolerance_mm.is_some_and(fits)
     }
 
     /// The limits of x and y.

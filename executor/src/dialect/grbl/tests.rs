@@ -7,7 +7,7 @@ mod settings;
 use keepout_kernel::Vector;
 
 use super::*;
-use crate::supervisor::{Mode, Unfit};
+use crate::supervisor::{Limits, Mode, Unfit};
 
 fn dialect() -> Grbl {
     let offset = Vector { dx: -20_000_000, dy: 500 };
@@ -86,13 +86,17 @@ fn settings_are_read_checked_and_set() {
                    $110=6000\r\n$111=3000\r\n$120=100\r\n$121=90\r\n";
     assert_eq!(hear(&mut grbl, listed), (vec![], vec![]));
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$N\n".to_vec()));
-    let (replies, sent) = hear(&mut grbl, b"$N0=G54\r\n$N1=\r\nok\r\n");
-    assert_eq!((replies, sent), (vec![], b"$N1=G80\n".to_vec()));
     // GRBL loses bytes that arrive while it stores a setting.
-    assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$10=3\n".to_vec()));
+    let (replies, sent) = hear(&mut grbl, b"$N0=G54\r\n$N1=\r\nok\r\n");
+    assert_eq!((replies, sent), (vec![], b"$10=3\n".to_vec()));
     assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$12=0.00050\n".to_vec()));
+    // What was stored is read back.
+    assert_eq!(hear(&mut grbl, b"ok\r\n"), (vec![], b"$$\n".to_vec()));
+    let listed = b"$10=3\r\n$12=0.001\r\n$13=0\r\n$22=1\r\n$74=name\r\n$100=400.000\r\n$101=400.000 (y)\r\n\
+                   $110=6000\r\n$111=3000\r\n$120=100\r\n$121=90\r\nok\r\n";
+    assert_eq!(hear(&mut grbl, listed), (vec![], b"$N\n".to_vec()));
     let limits = Limits { speed_mm_s: 50.0, acceleration_mm_s2: 90.0, quicker_mm_s2: 100.0 };
-    assert_eq!(hear(&mut grbl, b"ok\r\n").0, [Reply::Prepared(limits)]);
+    assert_eq!(hear(&mut grbl, b"$N0=G54\r\n$N1=\r\nok\r\n"), (vec![Reply::Prepared(limits)], vec![]));
     // The margin holds for four times the tolerance, so the tolerance is rounded down.
     for (tolerance, written) in
         [(0.000_106, "0.00010"), (0.000_1, "0.00010"), (0.000_29, "0.00029"), (0.5, "0.50000")]
@@ -231,12 +235,12 @@ fn arming_sets_every_mode_that_changes_a_motion() {
 fn settings_of_a_third_axis_are_checked() {
     let mut settings = Settings::default();
     for (number, value) in [(13, 0.0), (22, 1.0), (100, 400.0), (101, 400.0)] {
-        settings.take(number, value);
+        settings.take(number, &value.to_string());
     }
     assert!(settings.check(400.0, None).is_ok());
     assert!(settings.check(400.0, Some(800.0)).is_err(), "the controller did not state $102");
     for (steps, fits) in [(800.0, true), (640.0, false), (f64::NAN, false)] {
-        settings.take(102, steps);
+        settings.take(102, &steps.to_string());
         assert_eq!(settings.check(400.0, Some(800.0)).is_ok(), fits, "{steps}");
     }
 }
@@ -247,7 +251,7 @@ fn arc_tolerance_holds_only_beyond_the_reported_digits() {
     let mut settings = Settings::default();
     for (reported, holds) in [(0.002, false), (0.0016, false), (0.0015, true), (0.001, true), (0.0005, false)]
     {
-        settings.take(12, reported);
+        settings.take(12, &reported.to_string());
         assert_eq!(settings.follows_arcs(0.002), holds, "{reported}");
     }
 }
