@@ -38,7 +38,7 @@ struct Crossing {
     /// Number of edges between the two.
     between: usize,
     at: Point,
-    /// Length of what is removed.
+    /// Length of the removed edges and ends.
     length_mm: f64,
 }
 

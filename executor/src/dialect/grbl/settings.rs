@@ -162,7 +162,7 @@ fn written_mm(arc_tolerance_mm: f64) -> f64 {
     (arc_tolerance_mm * 1e5 + 1e-6).floor() / 1e5
 }
 
-/// The number in the value of a setting, NaN if there is none. Some controllers name the unit after it.
+/// The number at the beginning of a setting's value. NaN if there is none, or if it is not finite.
 pub(super) fn setting_value(text: &str) -> f64 {
     let number = text.split_whitespace().next().and_then(|number| number.parse().ok());
     number.filter(|number: &f64| number.is_finite()).unwrap_or(f64::NAN)
@@ -252,8 +252,8 @@ impl Settings {
     /// the stores, `None`. `mm` is the arc tolerance that the margin allows.
     ///
     /// # Errors
-    /// [`Unfit`] if the second reading differs from what was stored, or else from the first one: a digit changed on
-    /// the way, in a value or in the number of a setting.
+    /// [`Unfit`] if the second reading lacks what was stored or
+    /// differs from the first one in another setting. A digit can change on the way, in a value or in a number.
     pub(super) fn stores(&self, hal: bool, mm: f64) -> Result<Option<Stores>, Unfit> {
         let has_arcs = self.follows_arcs(mm);
         let Some(before) = self.before else {
