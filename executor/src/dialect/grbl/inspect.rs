@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::super::inspect::{Finding, Fit, Inspected, Inspector, StatedAxis};
-use super::settings::limits;
+use super::settings::{limits, setting_value};
 
 /// The answers of a GRBL controller.
 #[derive(Clone, Debug, Default)]
@@ -38,8 +38,8 @@ impl Inspector for GrblInspector {
         } else if let Some(modes) = inner("[GC:") {
             self.modes = Some(modes);
         } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
-            let value = value.split_whitespace().next().unwrap_or("").parse::<f64>();
-            if let (Ok(name), Some(value)) = (name.parse(), value.ok().filter(|value| value.is_finite())) {
+            let value = setting_value(value);
+            if let (Ok(name), false) = (name.parse(), value.is_nan()) {
                 self.settings.insert(name, value);
             }
         } else if let Some((_, place)) = line.split_once("MPos:") {
