@@ -71,35 +71,60 @@ fn missing_operators_are_named_with_the_remedy() {
 
 #[cfg(unix)]
 mod terminal {
+    use std::io::{Read, Write};
     use std::time::{Duration, Instant};
 
     use super::terminal_of_test::Terminal;
     use super::*;
 
-    /// A window that is closed left a process that used a whole core, and once a log without an end.
+    /// Reads until the program asks the terminal for its abilities, and does not answer.
+    fn let_ask(terminal: &mut Terminal) {
+        let (mut shown, mut bytes, began) = (Vec::<u8>::new(), [0; 4096], Instant::now());
+        while !shown.windows(3).any(|question| question == b"\x1b[c") {
+            assert!(began.elapsed() < Duration::from_secs(60), "the program asks nothing");
+            if let Ok(count) = terminal.keys.read(&mut bytes) {
+                shown.extend(&bytes[..count]);
+            }
+        }
+    }
+
+    /// Closes the terminal, and checks that the program ends and that its log has an end.
+    fn close(terminal: Terminal, log: &Path) {
+        let Terminal { keys, mut child, _end: end, .. } = terminal;
+        drop((keys, end));
+        let began = Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            if began.elapsed() > Duration::from_secs(20) {
+                child.kill().unwrap();
+                panic!("the program goes on without its terminal");
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let log = Log::load(log).unwrap();
+        let last = log.entries.last().map(|entry| entry.event.clone());
+        assert!(matches!(last, Some(LoggedEvent::Outcome(_))), "{last:?}");
+    }
+
+    /// A window that is closed left a process that used a whole core, and once a log without an end: after a whole
+    /// key, after a part of one, and before the terminal answered its first query.
     #[test]
     fn closing_the_window_ends_the_program_and_its_log() {
         for view in [true, false] {
-            let (folder, plan) = planned(&format!("closed-{view}"));
-            let log = folder.join("run.log");
-            let path = log.display().to_string();
-            let mut run = vec!["run", &plan, "--operator", "keyboard", "--log", &path];
-            run.extend(view.then_some("--view"));
-            let mut terminal = Terminal::run(&run, None);
-            terminal.type_for(Duration::from_secs(3), b"\x1b[D", Duration::from_millis(30));
-            let Terminal { keys, mut child, _end: end, .. } = terminal;
-            drop((keys, end));
-            let began = Instant::now();
-            while child.try_wait().unwrap().is_none() {
-                if began.elapsed() > Duration::from_secs(20) {
-                    child.kill().unwrap();
-                    panic!("the program goes on without its terminal, view {view}");
+            for last in [Some("\x1b[D"), Some("\x1b["), None] {
+                let (folder, plan) = planned(&format!("closed-{view}"));
+                let log = folder.join("run.log");
+                let path = log.display().to_string();
+                let mut run = vec!["run", &plan, "--operator", "keyboard", "--log", &path];
+                run.extend(view.then_some("--view"));
+                let mut terminal = Terminal::run(&run, None);
+                if let Some(last) = last {
+                    terminal.type_for(Duration::from_secs(2), b"\x1b[D", Duration::from_millis(30));
+                    terminal.keys.write_all(last.as_bytes()).unwrap();
+                } else {
+                    let_ask(&mut terminal);
                 }
-                std::thread::sleep(Duration::from_millis(50));
+                close(terminal, &log);
             }
-            let log = Log::load(&log).unwrap();
-            let last = log.entries.last().map(|entry| entry.event.clone());
-            assert!(matches!(last, Some(LoggedEvent::Outcome(_))), "{last:?}");
         }
     }
 

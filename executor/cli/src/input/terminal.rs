@@ -236,8 +236,7 @@ impl Drop for Keyboard {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let Some(thread) = self.thread.take() else { return };
-        // When the window closes, the terminal library can read its end for ever. The end of the program then ends
-        // the thread.
+        // The terminal library can wait for the rest of a key. The end of the program then ends the thread.
         let waited = Instant::now();
         while !thread.is_finished() && waited.elapsed() < ENDS_WITHIN {
             std::thread::sleep(LOOK / 10);
@@ -251,14 +250,11 @@ impl Drop for Keyboard {
 /// The reading thread: notes each key stroke with its time.
 fn serve(typed: &Mutex<Typed>, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
-        let event = match waits() {
-            // The library may hold parts of a key, and events of a burst.
-            Input::None | Input::Some => match crossterm::event::poll(Duration::ZERO) {
-                Ok(false) => continue,
-                Ok(true) => crossterm::event::read(),
-                Err(error) => Err(error),
-            },
-            Input::HungUp => Err(std::io::ErrorKind::UnexpectedEof.into()),
+        let event = match crossterm::event::poll(LOOK) {
+            Ok(true) => crossterm::event::read(),
+            Ok(false) if hung_up() => Err(std::io::ErrorKind::UnexpectedEof.into()),
+            Ok(false) => continue,
+            Err(error) => Err(error),
         };
         let mut typed = typed.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
@@ -275,42 +271,21 @@ fn serve(typed: &Mutex<Typed>, stop: &AtomicBool) {
     }
 }
 
-/// What the terminal has for the program.
-enum Input {
-    None,
-    Some,
-    /// The terminal is closed.
-    HungUp,
-}
-
-/// Waits for input of the terminal, for [`LOOK`] at most. The terminal library itself does not notice a closed
-/// terminal: it reads the end again and again.
+/// Whether the terminal is closed. The terminal library does not tell this.
 #[cfg(unix)]
-fn waits() -> Input {
+fn hung_up() -> bool {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
     let stdin = stdin();
-    let mut inputs = [PollFd::new(&stdin, PollFlags::IN)];
-    let wait = Timespec { tv_sec: 0, tv_nsec: LOOK.subsec_nanos().into() };
-    let found = poll(&mut inputs, Some(&wait)).unwrap_or(0);
-    let events = inputs[0].revents();
-    if events.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
-        Input::HungUp
-    } else if found > 0 {
-        Input::Some
-    } else {
-        Input::None
-    }
+    let mut inputs = [PollFd::new(&stdin, PollFlags::empty())];
+    let _ = poll(&mut inputs, Some(&Timespec::default()));
+    inputs[0].revents().intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL)
 }
 
-/// Waits for input of the terminal, for [`LOOK`] at most.
+/// Windows ends the program when its window closes.
 #[cfg(not(unix))]
-fn waits() -> Input {
-    match crossterm::event::poll(LOOK) {
-        Ok(true) => Input::Some,
-        Ok(false) => Input::None,
-        Err(_) => Input::HungUp,
-    }
+fn hung_up() -> bool {
+    false
 }
 
 fn decoded(event: KeyEvent) -> (Key, Stroke) {
