@@ -149,14 +149,16 @@ pub fn is_settled(rows: &[FaultRow], fault: &SeededFault) -> bool {
     fault.engines().iter().all(settled)
 }
 
-/// Keeps a row in the table. Other runs may go on beside this one, so the table is read again first.
+/// Keeps a row in the table, and drops those of faults that are no longer in the catalogue. Other runs may go on beside
+/// this one, so the table is read again first.
 ///
 /// # Errors
 /// The system's.
-pub(crate) fn keep(row: FaultRow) -> io::Result<()> {
+pub(crate) fn keep(row: FaultRow, catalogue: &[SeededFault]) -> io::Result<()> {
     let mut rows = read();
     rows.retain(|old| old.name != row.name || old.engine != row.engine);
     rows.push(row);
+    rows.retain(|row| catalogue.iter().any(|fault| fault.name == row.name));
     let file = file();
     fs::create_dir_all(file.parent().unwrap_or(Path::new(".")))?;
     let lines = rows.iter().map(|row| row.line() + "\n");

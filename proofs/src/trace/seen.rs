@@ -33,9 +33,12 @@ impl SeenTexts {
         self.0.contains(&row(evidence))
     }
 
-    /// Replaces the digests of the evidence of this kind and name by the present ones.
+    /// Replaces the digests of the evidence of this kind and name by the present ones. Drops those of evidence that no
+    /// longer exists.
     fn renew(&mut self, kind: EvidenceKind, name: &str, evidence: &[TracedEvidence]) {
-        self.0.retain(|[of, old, _]| of != kind.name() || old != name);
+        let exists =
+            |of: &str, old: &str| evidence.iter().any(|each| each.kind.name() == of && each.name == old);
+        self.0.retain(|[of, old, _]| exists(of, old) && (of != kind.name() || old != name));
         self.0.extend(evidence.iter().filter(|each| each.kind == kind && each.name == name).map(row));
     }
 
@@ -61,16 +64,38 @@ pub fn keep(found: FaultRow) -> io::Result<()> {
     let root = faults::workspace();
     let trace = super::read(&root)?;
     let engine = FaultEngine::ALL.into_iter().find(|engine| engine.name() == found.engine);
-    let fault = faults::catalogue()?.into_iter().find(|fault| fault.name == found.name);
+    let catalogue = faults::catalogue()?;
     // An older form of the fault is no fault of the catalogue.
-    let fault = fault.filter(|fault| fault.digest() == found.digest);
+    let fault = catalogue.iter().find(|fault| fault.name == found.name && fault.digest() == found.digest);
     if let (FaultFate::Noticed(names), Some(engine), Some(fault)) = (&found.fate, engine, fault) {
         let mut seen = SeenTexts::read(&root);
-        for (kind, name) in names.iter().filter_map(|name| identified(engine, name, &fault, &trace.evidence))
-        {
+        for (kind, name) in names.iter().filter_map(|name| identified(engine, name, fault, &trace.evidence)) {
             seen.renew(kind, &name, &trace.evidence);
         }
         seen.write(&root)?;
     }
-    results::keep(found)
+    results::keep(found, &catalogue)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn renewed_texts_are_those_of_evidence_that_exists() {
+        let of = |name: &str, digest: &str| TracedEvidence {
+            kind: EvidenceKind::World,
+            name: name.into(),
+            file: PathBuf::new(),
+            requirements: Vec::new(),
+            runs_code: true,
+            digest: digest.into(),
+        };
+        let texts = |all: &[TracedEvidence]| SeenTexts(all.iter().map(row).collect());
+        let mut seen = texts(&[of("jogs", "1"), of("contour", "1"), of("removed", "1")]);
+        let present = [of("jogs", "2"), of("contour", "2")];
+        seen.renew(EvidenceKind::World, "jogs", &present);
+        assert_eq!(seen, texts(&[of("jogs", "2"), of("contour", "1")]));
+        assert!(seen.has(&present[0]) && !seen.has(&present[1]));
+    }
 }
