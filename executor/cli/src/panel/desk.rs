@@ -1,4 +1,6 @@
 //! The workbench of the panel: one job at a time, step by step.
+//!
+//! Implements SR-28.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -137,14 +139,6 @@ impl Desk {
         self.changed();
     }
 
-    /// The folder of a job with this name. Only names of the folder count, so no path leads elsewhere.
-    fn job_folder(&self, name: &str) -> Result<PathBuf, CliError> {
-        let known = jobs_of(&self.folder).into_iter().find(|known| known == name);
-        let unknown =
-            || CliError::Argument(format!("there is no job \"{}\"", keepout_planner::text_file::shown(name)));
-        known.map(|name| self.folder.join(name)).ok_or_else(unknown)
-    }
-
     /// The machine of a job. The simulated one is behind a port of this program.
     fn machine_of(&self, job: &OpenJob) -> Result<StoredMachine, CliError> {
         let machine = job.folder.machine()?;
@@ -174,7 +168,7 @@ impl Desk {
             }
             (_, Some(_)) => Err(CliError::Argument("a session runs: end it first".into())),
             (BenchRequest::Open { name }, None) => {
-                let folder = self.job_folder(&name)?;
+                let folder = job_folder(&self.folder, &name)?;
                 state.job = Some(OpenJob::open(&folder)?);
                 Ok(())
             }
@@ -252,6 +246,14 @@ fn jobs_of(folder: &Path) -> Vec<String> {
     names.sort();
     names.truncate(JOBS_MAX);
     names
+}
+
+/// The folder of a job with this name. Only names of the folder count, so no path leads elsewhere.
+fn job_folder(folder: &Path, name: &str) -> Result<PathBuf, CliError> {
+    let known = jobs_of(folder).into_iter().find(|known| known == name);
+    let unknown =
+        || CliError::Argument(format!("there is no job \"{}\"", keepout_planner::text_file::shown(name)));
+    known.map(|name| folder.join(name)).ok_or_else(unknown)
 }
 
 /// The name of a job for a drawing: letters and digits of the drawing's name.
@@ -347,4 +349,27 @@ pub fn touch_view(place: &TouchPlace) -> TouchView {
 pub fn nominal_origin(work: &PreparedPlan) -> Option<Mm2> {
     let place = place_on_table(&work.plan, &work.plan.plan.machine, None).ok()?;
     Some(vector_mm(place.offset))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Evidence for SR-28.
+    #[test]
+    fn jobs_are_those_of_the_folder() {
+        let root = std::env::temp_dir().join(format!("keepout-jobs-{}", std::process::id()));
+        let folder = root.join("jobs");
+        for job in [&root.join("outside"), &folder.join("cover")] {
+            std::fs::create_dir_all(job).unwrap();
+            std::fs::write(job.join("job.toml"), "").unwrap();
+        }
+        let outside = root.join("outside").display().to_string();
+        let names = ["cover", "../outside", &outside, "cover/../../outside", "cover/", ".", "", "none"];
+        let found = names.map(|name| job_folder(&folder, name).ok());
+        std::fs::remove_dir_all(&root).unwrap();
+        let mut wanted = [const { None }; 8];
+        wanted[0] = Some(folder.join("cover"));
+        assert_eq!(found, wanted);
+    }
 }

@@ -1,4 +1,6 @@
 //! New machines of the panel: the controller is asked for its figures.
+//!
+//! Implements SR-28.
 
 use keepout_executor::dialect::DialectName;
 use keepout_executor::session::serial::port_names;
@@ -58,4 +60,38 @@ pub fn new_machine_of(request: BenchRequest) -> Result<String, CliError> {
 /// Whether a name is of a device, and not of a file.
 fn is_device(name: &str) -> bool {
     name.starts_with("/dev/") && !name.contains("..")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Evidence for SR-28.
+    #[test]
+    fn new_machine_has_a_device_and_a_dialect_of_the_list() {
+        let refusal = |port: &str, dialect: &str| {
+            let request = BenchRequest::NewMachine {
+                name: "shop".into(),
+                port: port.into(),
+                dialect: dialect.into(),
+                baud: 115_200,
+                repeatability_um: 10,
+                contour_error_um: 50,
+                third_axis: true,
+            };
+            new_machine_of(request).unwrap_err().to_string()
+        };
+        for port in
+            ["/etc/passwd", "", "ttyUSB0\n", "/dev/../etc/passwd", "../dev/ttyUSB0", "socket://elsewhere"]
+        {
+            let told = refusal(port, "grbl");
+            assert!(told.contains("is no serial port of this computer"), "{port}: {told}");
+        }
+        for dialect in ["", "GRBL", "grbl ", "/etc/passwd"] {
+            let told = refusal("/dev/no-such-device", dialect);
+            assert!(told.contains("there is no dialect"), "{dialect}: {told}");
+        }
+        // What passes is asked at its port.
+        assert!(refusal("/dev/no-such-device", "grbl").contains("/dev/no-such-device"));
+    }
 }

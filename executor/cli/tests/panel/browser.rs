@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::planted::planted;
+use crate::seeded::seeded;
 use keepout_planner::Mm2;
 use serde_json::{Value, json};
 use tungstenite::stream::MaybeTlsStream;
@@ -35,7 +35,7 @@ pub struct TabId(String);
 impl Browser {
     /// Starts Chromium. `None` when there is none.
     pub fn start(name: &str) -> Option<Self> {
-        let with_fault = if planted().is_some() { "-planted" } else { "" };
+        let with_fault = if seeded().is_some() { "-seeded" } else { "" };
         let profile = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("browser-{name}{with_fault}"));
         let _ = std::fs::remove_dir_all(&profile);
         let process = Command::new("chromium")
@@ -77,7 +77,7 @@ impl Browser {
         );
         tab.send("Emulation.setTouchEmulationEnabled", &json!({ "enabled": true, "maxTouchPoints": 5 }));
         tab.send("Emulation.setFocusEmulationEnabled", &json!({ "enabled": true }));
-        if let Some(fault) = planted() {
+        if let Some(fault) = seeded() {
             let pattern = json!({ "urlPattern": format!("*/{}", fault.file) });
             tab.send("Fetch.enable", &json!({ "patterns": [pattern] }));
         }
@@ -115,9 +115,9 @@ impl Browser {
 }
 
 impl Browser {
-    /// Serves the file with the planted fault instead of the panel's.
+    /// Serves the file with the seeded fault instead of the panel's.
     fn serve_fault(&mut self, paused: &Value) {
-        let Some(fault) = planted() else { return };
+        let Some(fault) = seeded() else { return };
         let media = if fault.file.ends_with(".css") { "text/css" } else { "text/javascript" };
         let parameters = json!({
             "requestId": paused["params"]["requestId"],

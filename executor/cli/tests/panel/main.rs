@@ -7,8 +7,8 @@ mod browser;
 mod by_touch;
 mod complaints;
 mod network;
-mod planted;
 mod port_lost;
+mod seeded;
 mod sight;
 
 use std::io::{BufRead, BufReader};
@@ -30,7 +30,7 @@ pub struct PanelProcess {
 impl PanelProcess {
     /// An empty folder of jobs.
     fn folder(name: &str) -> PathBuf {
-        let with_fault = if planted::planted().is_some() { "-planted" } else { "" };
+        let with_fault = if seeded::seeded().is_some() { "-seeded" } else { "" };
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("panel-{name}{with_fault}"));
         let _ = std::fs::remove_dir_all(&folder);
         std::fs::create_dir_all(&folder).unwrap();

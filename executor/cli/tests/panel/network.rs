@@ -75,7 +75,7 @@ fn slow(url: &str) -> String {
 /// With a round trip of 300 ms and 3 % of the packets lost the tool follows, late, and stops when it is let go. Nothing
 /// moves later.
 #[test]
-fn slow_network_costs_comfort_alone() {
+pub(crate) fn slow_network_costs_comfort_alone() {
     let start = |name: &str| {
         let mut panel = PanelProcess::start(name);
         panel.url = slow(&panel.url);

@@ -66,7 +66,7 @@ pub(crate) fn c08_lost_port_names_the_remedy_and_the_contour_goes_on() {
 
 /// A machine is stored from the panel: the controller states its figures, and the person answers the others.
 #[test]
-fn machine_is_stored_by_touch() {
+pub(crate) fn machine_is_stored_by_touch() {
     let Some((mut steered, _bench)) = at_bench("machine") else { return };
     let port = std::fs::canonicalize(steered.panel.folder.join("port")).unwrap();
     let stored = steered.panel.folder.join("config/machine/shop.toml");

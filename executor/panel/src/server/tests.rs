@@ -107,6 +107,7 @@ fn status(answer: &str) -> &str {
     answer.split(' ').nth(1).unwrap_or("none")
 }
 
+// Evidence for SR-28.
 #[test]
 fn page_is_served_with_a_strict_policy_and_nothing_else_without_the_token() {
     let served = served();
