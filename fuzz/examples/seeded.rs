@@ -38,6 +38,7 @@ fn main() -> Outcome<()> {
     }
     let folder = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| here.join("../target"), PathBuf::from);
     let folder = std::path::absolute(folder)?.join("seeded");
+    let evidence = trace::read(&faults::workspace())?.evidence;
     tree::seed_switched(&folder.join("tree"), &catalogue)?;
     let programs = build(&folder)?;
     let mut missed = 0;
@@ -49,7 +50,8 @@ fn main() -> Outcome<()> {
         }
         let begin = Instant::now();
         let found = finds(&programs.join(target), number, &folder, fuzz)?;
-        trace::keep(FaultRow::new(fault, FaultEngine::Fuzz, found.fate(target), begin.elapsed().as_secs()))?;
+        let row = FaultRow::new(fault, FaultEngine::Fuzz, found.fate(target), begin.elapsed().as_secs());
+        trace::keep(row, &evidence)?;
         missed += usize::from(matches!(found, Found::Not | Found::Otherwise));
         println!("{target}\t{found}\t{}", fault.name);
     }

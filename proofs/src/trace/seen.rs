@@ -33,13 +33,15 @@ impl SeenTexts {
         self.0.contains(&row(evidence))
     }
 
-    /// Replaces the digests of the evidence of this kind and name by the present ones. Drops those of evidence that no
-    /// longer exists.
+    /// Replaces the digests of the evidence of this kind and name by those of its texts.
     fn renew(&mut self, kind: EvidenceKind, name: &str, evidence: &[TracedEvidence]) {
-        let exists =
-            |of: &str, old: &str| evidence.iter().any(|each| each.kind.name() == of && each.name == old);
-        self.0.retain(|[of, old, _]| exists(of, old) && (of != kind.name() || old != name));
+        self.0.retain(|[of, old, _]| of != kind.name() || old != name);
         self.0.extend(evidence.iter().filter(|each| each.kind == kind && each.name == name).map(row));
+    }
+
+    /// Drops the digests of evidence that no longer exists.
+    fn drop_gone(&mut self, present: &[TracedEvidence]) {
+        self.0.retain(|[of, old, _]| present.iter().any(|each| each.kind.name() == of && each.name == *old));
     }
 
     fn write(&self, root: &Path) -> io::Result<()> {
@@ -56,22 +58,23 @@ fn file(root: &Path) -> PathBuf {
     root.join("proofs/results/evidence.tsv")
 }
 
-/// Keeps who noticed a fault, and the present texts of those who did.
+/// Keeps who noticed a fault, and the texts of those who did. The evidence is as it was before the fault went into its
+/// copy: a text that changed since must notice a fault again.
 ///
 /// # Errors
 /// When the catalogue, a source or a table cannot be read or written.
-pub fn keep(found: FaultRow) -> io::Result<()> {
+pub fn keep(found: FaultRow, evidence: &[TracedEvidence]) -> io::Result<()> {
     let root = faults::workspace();
-    let trace = super::read(&root)?;
-    let engine = FaultEngine::ALL.into_iter().find(|engine| engine.name() == found.engine);
     let catalogue = faults::catalogue()?;
+    let engine = FaultEngine::ALL.into_iter().find(|engine| engine.name() == found.engine);
     // An older form of the fault is no fault of the catalogue.
     let fault = catalogue.iter().find(|fault| fault.name == found.name && fault.digest() == found.digest);
     if let (FaultFate::Noticed(names), Some(engine), Some(fault)) = (&found.fate, engine, fault) {
         let mut seen = SeenTexts::read(&root);
-        for (kind, name) in names.iter().filter_map(|name| identified(engine, name, fault, &trace.evidence)) {
-            seen.renew(kind, &name, &trace.evidence);
+        for (kind, name) in names.iter().filter_map(|name| identified(engine, name, fault, evidence)) {
+            seen.renew(kind, &name, evidence);
         }
+        seen.drop_gone(&super::read(&root)?.evidence);
         seen.write(&root)?;
     }
     results::keep(found, &catalogue)
@@ -82,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn renewed_texts_are_those_of_evidence_that_exists() {
+    fn texts_are_renewed_and_dropped_with_their_evidence() {
         let of = |name: &str, digest: &str| TracedEvidence {
             kind: EvidenceKind::World,
             name: name.into(),
@@ -95,6 +98,7 @@ mod tests {
         let mut seen = texts(&[of("jogs", "1"), of("contour", "1"), of("removed", "1")]);
         let present = [of("jogs", "2"), of("contour", "2")];
         seen.renew(EvidenceKind::World, "jogs", &present);
+        seen.drop_gone(&present);
         assert_eq!(seen, texts(&[of("jogs", "2"), of("contour", "1")]));
         assert!(seen.has(&present[0]) && !seen.has(&present[1]));
     }

@@ -67,9 +67,11 @@ impl SeededFaults {
             }
             return Ok(true);
         }
+        let evidence = trace::read(&faults::workspace())?.evidence;
         for path in &self.take {
             let taken = ShardResults::read(path).map_err(io::Error::other)?;
-            taken.rows.iter().filter_map(|row| FaultRow::of_field(&row.detail)).try_for_each(trace::keep)?;
+            let mut rows = taken.rows.iter().filter_map(|row| FaultRow::of_field(&row.detail));
+            rows.try_for_each(|row| trace::keep(row, &evidence))?;
         }
         let runs =
             |number: usize| catalogue[number - 1].engines().into_iter().any(|engine| chosen(number, engine));
@@ -81,7 +83,10 @@ impl SeededFaults {
         let mut record = super::begin(&self.shard, self.folder.as_deref().map(Path::as_os_str).as_slice())?;
         if self.take.is_empty() {
             let workshop = Workshop { folder: &self.folder(), minutes: self.minutes };
-            workshop.run(&catalogue, chosen, |number, row| self.keep(number, row, &mut record))?;
+            workshop.run(&catalogue, chosen, |number, row| {
+                self.note(number, &row, &mut record);
+                if self.shard.results.is_some() { Ok(()) } else { trace::keep(row, &evidence) }
+            })?;
         }
         if self.is_part() {
             return super::finish(record);
@@ -120,12 +125,11 @@ impl SeededFaults {
         self.folder.clone().unwrap_or_else(|| std::env::temp_dir().join(name))
     }
 
-    /// Keeps a row in the results file. Without such a file, keeps it in the table.
-    fn keep(&self, number: usize, row: FaultRow, record: &mut ShardRecord) -> io::Result<()> {
+    /// Notes a row for the results file.
+    fn note(&self, number: usize, row: &FaultRow, record: &mut ShardRecord) {
         let outcome = if row.fate.is_settled() { ItemOutcome::Held } else { ItemOutcome::Failed };
         let again = format!("faults --only {number} --minutes {}", self.minutes);
         record.row(outcome, &format!("{number} {}: {}", row.engine, row.name), &row.field(), &again);
         record.total(&format!("faults under {}", row.engine), 1);
-        if self.shard.results.is_some() { Ok(()) } else { trace::keep(row) }
     }
 }
