@@ -1,5 +1,7 @@
 // The socket: one connection, opened again when it is lost. Inputs carry a number and the last time stamp seen.
 
+import { screen } from "./parts.js";
+
 /** Age of the last state above which it is shown as dead, ms. */
 export const DEAD_MS = 500;
 /** Time between two attempts to connect, ms. */
@@ -32,6 +34,7 @@ export class Link {
       }
       this.heardAt = performance.now();
       this.seen = message.now_us;
+      screen.secret = message.screen;
       if (first) this.onOpened();
       first = false;
       this.onState(message);

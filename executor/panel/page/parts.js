@@ -18,9 +18,13 @@ export const button = (text, onclick, properties = {}) => make("button", { type:
 /** The dialog of the page. */
 export const dialogOf = () => /** @type {HTMLDialogElement} */ (document.getElementById("dialog"));
 
+/** The secret of this page's socket. A request that changes something is taken from the screen that steers. */
+export const screen = { secret: "" };
+
 /** Asks the server. A refusal is an error with its text. */
 export async function ask(path, options = {}) {
-  const answer = await fetch(path, { credentials: "same-origin", ...options });
+  const headers = { ...options.headers, "x-keepout-screen": screen.secret };
+  const answer = await fetch(path, { credentials: "same-origin", ...options, headers });
   if (!answer.ok) {
     throw new Error(await answer.text());
   }

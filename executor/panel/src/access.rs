@@ -9,6 +9,8 @@ use std::time::Duration;
 use keepout_guard::Time;
 use thiserror::Error;
 
+use crate::lease::ClientId;
+
 /// Time for which a token admits new browsers.
 pub const TOKEN_LIVES: Duration = Duration::from_secs(15 * 60);
 /// Time for which a browser stays admitted.
@@ -67,6 +69,8 @@ pub struct Access {
     token: Option<(Secret, Time)>,
     wrong: u32,
     browsers: Vec<(Secret, Time)>,
+    /// The secret of each connection, by which the requests of its page are known.
+    screens: Vec<(ClientId, Secret)>,
     /// The hosts by which a browser may name this server: with its port.
     hosts: Vec<String>,
 }
@@ -81,7 +85,8 @@ impl Access {
         if at.ip().is_loopback() {
             hosts.push(format!("localhost:{}", at.port()));
         }
-        Ok(Self { token: Some((Secret::new()?, now)), wrong: 0, browsers: Vec::new(), hosts })
+        let token = Some((Secret::new()?, now));
+        Ok(Self { token, wrong: 0, browsers: Vec::new(), screens: Vec::new(), hosts })
     }
 
     /// The text of the token, while it admits browsers.
@@ -127,6 +132,27 @@ impl Access {
     pub fn admits(&self, text: &str, now: Time) -> bool {
         let admits = |(secret, since): &(Secret, Time)| secret.is(text) && now.since(*since) <= BROWSER_LIVES;
         self.browsers.iter().any(admits)
+    }
+
+    /// Gives a new connection its secret.
+    ///
+    /// # Errors
+    /// [`AccessError`] when the system gives no random numbers.
+    pub fn connect(&mut self, client: ClientId) -> Result<Secret, AccessError> {
+        let secret = Secret::new()?;
+        self.screens.push((client, secret));
+        Ok(secret)
+    }
+
+    /// A connection is gone: its secret is no longer known.
+    pub fn disconnect(&mut self, client: ClientId) {
+        self.screens.retain(|(connected, _)| *connected != client);
+    }
+
+    /// The connection with this secret.
+    #[must_use]
+    pub fn connection(&self, text: &str) -> Option<ClientId> {
+        self.screens.iter().find(|(_, secret)| secret.is(text)).map(|(client, _)| *client)
     }
 
     /// Whether the header `Host` names this server. A page of another name that resolves to this address does not.

@@ -94,6 +94,8 @@ pub enum Control {
 pub struct StateMessage<'a> {
     /// Time stamp, µs. The client repeats it in its messages.
     pub now_us: u64,
+    /// The secret of this connection. The client repeats it in its requests.
+    pub screen: &'a str,
     /// Who has control.
     pub control: Control,
     /// Number that changes when a step of the job changes: the client then reads it again.

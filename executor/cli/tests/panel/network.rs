@@ -19,8 +19,9 @@ const LOST_OF_100: u8 = 3;
 /// waits.
 const AGAIN: Duration = Duration::from_millis(300);
 
-/// Passes bytes on with the delay. A lost packet keeps all behind it back, as TCP does.
-fn pass(mut from: TcpStream, mut to: TcpStream, (own, other): (String, String), seed: u64) {
+/// Passes bytes on with the delay. A lost packet keeps all behind it back, as TCP does. Of two names, the other one goes
+/// on in place of the first.
+fn pass(mut from: TcpStream, mut to: TcpStream, names: Option<(String, String)>, seed: u64) {
     let (sender, queue): (_, Receiver<(Instant, Vec<u8>)>) = channel();
     std::thread::spawn(move || {
         let mut random = fastrand::Rng::with_seed(seed);
@@ -33,10 +34,9 @@ fn pass(mut from: TcpStream, mut to: TcpStream, (own, other): (String, String), 
             due = due.max(Instant::now() + DELAY + if lost { AGAIN } else { Duration::ZERO });
             // The browser names the network's port, and the panel knows its own alone.
             let text = String::from_utf8_lossy(&bytes[..count]);
-            let chunk = if text.contains(&own) {
-                text.replace(&own, &other).into_bytes()
-            } else {
-                bytes[..count].to_vec()
+            let chunk = match &names {
+                Some((own, other)) if text.contains(own) => text.replace(own, other).into_bytes(),
+                _ => bytes[..count].to_vec(),
             };
             if sender.send((due, chunk)).is_err() {
                 break;
@@ -63,10 +63,8 @@ fn slow(url: &str) -> String {
             let server = TcpStream::connect(&panel).unwrap();
             let names = (own.clone(), panel.clone());
             let (to_server, to_browser) = (server.try_clone().unwrap(), browser.try_clone().unwrap());
-            std::thread::spawn(move || pass(browser, to_server, names, 2 * number));
-            std::thread::spawn(move || {
-                pass(server, to_browser, (String::from("\0"), String::new()), 2 * number + 1)
-            });
+            std::thread::spawn(move || pass(browser, to_server, Some(names), 2 * number));
+            std::thread::spawn(move || pass(server, to_browser, None, 2 * number + 1));
         }
     });
     there

@@ -11,9 +11,13 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use super::PanelSite;
+use crate::protocol::Control;
 
 /// Name of the cookie of an admitted browser.
 pub const COOKIE: &str = "keepout_panel";
+
+/// Name of the header with the secret of the page's connection.
+const SCREEN: &str = "x-keepout-screen";
 
 /// What a page of the panel may load: its own files alone.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src \
@@ -63,6 +67,13 @@ pub async fn is_admitted(State(site): State<PanelSite>, request: Request, next: 
     } else {
         (StatusCode::UNAUTHORIZED, "enter with the token that the program shows").into_response()
     }
+}
+
+/// Whether the request is from a screen that steers, or nobody steers and it is from a screen that is connected.
+pub fn may_change(site: &PanelSite, headers: &HeaderMap) -> bool {
+    let client =
+        text(headers, HeaderName::from_static(SCREEN)).and_then(|secret| site.access().connection(secret));
+    client.is_some_and(|client| !matches!(site.hub.control_of(client, site.hub.now()), Control::Other { .. }))
 }
 
 fn text(headers: &HeaderMap, name: HeaderName) -> Option<&str> {

@@ -1,14 +1,16 @@
 //! The requests to the workbench.
+//!
+//! Implements SR-28.
 
 use axum::Json;
 use axum::body::Bytes;
 use axum::extract::{Path, Query, State};
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 
 use super::PanelSite;
-use super::checks::COOKIE;
+use super::checks::{COOKIE, may_change};
 use crate::access::BROWSER_LIVES;
 use crate::bench::{BenchRequest, DocumentName, JobView, MapView};
 
@@ -70,9 +72,22 @@ pub async fn map(State(site): State<PanelSite>) -> Json<MapView> {
     Json(site.bench.map())
 }
 
-/// Does what the page asks for. Planning takes a while, so another thread does it.
-pub async fn ask(State(site): State<PanelSite>, Json(request): Json<BenchRequest>) -> Response {
+/// Does what the page asks for. Planning takes a while, so another thread does it. Every screen may end a session.
+pub async fn ask(
+    State(site): State<PanelSite>,
+    headers: HeaderMap,
+    Json(request): Json<BenchRequest>,
+) -> Response {
+    if !matches!(request, BenchRequest::End {}) && !may_change(&site, &headers) {
+        return watches();
+    }
     answer(move || site.bench.ask(request)).await
+}
+
+/// The answer to a screen that watches.
+fn watches() -> Response {
+    (StatusCode::CONFLICT, "another screen steers, or this one is not connected: take control first")
+        .into_response()
 }
 
 /// Name of an uploaded drawing.
@@ -85,8 +100,12 @@ pub struct Uploaded {
 pub async fn drawing(
     State(site): State<PanelSite>,
     Query(Uploaded { name }): Query<Uploaded>,
+    headers: HeaderMap,
     bytes: Bytes,
 ) -> Response {
+    if !may_change(&site, &headers) {
+        return watches();
+    }
     answer(move || site.bench.drawing(&name, &bytes)).await
 }
 

@@ -31,19 +31,24 @@ pub async fn open(State(site): State<PanelSite>, upgrade: WebSocketUpgrade) -> R
 
 async fn serve(site: PanelSite, mut socket: WebSocket) {
     let client = site.hub.join(site.hub.now());
-    talk(&site, client, &mut socket).await;
+    // Without random numbers the socket ends, and the page tries again.
+    let connected = site.access().connect(client);
+    if let Ok(secret) = connected {
+        talk(&site, client, &secret.text(), &mut socket).await;
+    }
+    site.access().disconnect(client);
     site.hub.leave(client);
 }
 
 /// Talks with a browser until one side ends.
-async fn talk(site: &PanelSite, client: ClientId, socket: &mut WebSocket) {
+async fn talk(site: &PanelSite, client: ClientId, secret: &str, socket: &mut WebSocket) {
     let mut due = tokio::time::interval(EVERY);
     due.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
     let mut budget = Budget { left: MESSAGES_AT_ONCE, at: site.hub.now() };
     loop {
         tokio::select! {
             _ = due.tick() => {
-                let text = state(site, client);
+                let text = state(site, client, secret);
                 match tokio::time::timeout(TAKES_WITHIN, socket.send(Message::Text(text.into()))).await {
                     Ok(Ok(())) => {}
                     _ => return,
@@ -91,13 +96,14 @@ impl Budget {
 }
 
 /// The state for a client.
-fn state(site: &PanelSite, client: ClientId) -> String {
+fn state(site: &PanelSite, client: ClientId, secret: &str) -> String {
     let now = site.hub.now();
     let words = site.bench.words();
     let session = site.hub.session();
     let session = session.as_ref().map(|(state, age)| SessionMessage::of(state, *age, &words));
     let message = StateMessage {
         now_us: now.micros(),
+        screen: secret,
         control: site.hub.control_of(client, now),
         revision: site.bench.revision(),
         session,

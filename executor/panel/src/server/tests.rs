@@ -93,6 +93,16 @@ impl Served {
         format!("{}Cookie: {cookie}\r\n", self.own())
     }
 
+    /// A connected screen of an admitted browser: its socket, and the headers of its requests.
+    fn screen(&self, headers: &str) -> (tungstenite::WebSocket<TcpStream>, String) {
+        let cookie = headers.lines().find_map(|line| line.strip_prefix("Cookie: ")).unwrap();
+        let mut socket = self.socket(cookie, &format!("http://{}", self.at)).unwrap();
+        let Message::Text(state) = socket.read().unwrap() else { panic!("it is a state") };
+        let secret = state.split("\"screen\":\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap();
+        let headers = format!("{headers}X-Keepout-Screen: {secret}\r\n");
+        (socket, headers)
+    }
+
     fn socket(&self, cookie: &str, origin: &str) -> Result<tungstenite::WebSocket<TcpStream>, String> {
         let mut request = format!("ws://{}/api/socket", self.at).into_client_request().unwrap();
         request.headers_mut().insert("Cookie", cookie.parse().unwrap());
@@ -162,6 +172,7 @@ fn requests_are_bounded() {
     let long = format!("{{\"type\":\"open\",\"name\":\"{}\"}}", "x".repeat(10_000));
     assert_eq!(status(&served.answer("POST /api/ask", &headers, &long)), "413");
     let drawing = "0\nEOF\n".repeat(10_000);
+    let (_socket, headers) = served.screen(&headers);
     assert_eq!(status(&served.answer("PUT /api/drawing?name=a.dxf", &headers, &drawing)), "204");
     assert_eq!(*served.bench.0.lock().unwrap(), ["a.dxf of 60000 bytes"]);
 }
@@ -193,6 +204,36 @@ fn socket_needs_the_token_and_the_origin_and_ends_at_a_flood() {
     let _ = long.send(Message::text("x".repeat(5000)));
     assert!((0..200).any(|_| long.read().is_err()), "a long message ends the socket");
     assert!(served.hub.session().is_none());
+}
+
+// Evidence for SR-28.
+#[test]
+fn screen_that_watches_changes_nothing() {
+    let served = served();
+    let admitted = served.enter();
+    let (steers, own) = served.screen(&admitted);
+    let (mut watches, others) = served.screen(&admitted);
+    let begin = "{\"type\":\"begin\",\"kind\":\"cut\",\"home\":true}";
+    let asks = |headers: &str| {
+        let begun = served.answer("POST /api/ask", headers, begin);
+        let drawn = served.answer("PUT /api/drawing?name=a.dxf", headers, "0\nEOF\n");
+        [begun, drawn].map(|answer| answer.contains("take control first"))
+    };
+    let invented = format!("{admitted}X-Keepout-Screen: {}\r\n", "0".repeat(32));
+    for headers in [&others, &admitted, &invented, &format!("{admitted}X-Keepout-Screen: \r\n")] {
+        assert_eq!(asks(headers), [true; 2], "{headers}");
+    }
+    assert!(served.bench.0.lock().unwrap().is_empty());
+    assert_eq!(asks(&own), [false; 2]);
+    // Every screen may end a session.
+    served.answer("POST /api/ask", &others, "{\"type\":\"end\"}");
+    let asked = ["Begin { kind: Cut, home: true }", "a.dxf of 6 bytes", "End"];
+    assert_eq!(*served.bench.0.lock().unwrap(), asked);
+    // A connection that is gone is known no longer, and the other screen may ask.
+    drop(steers);
+    let holder = |socket: &mut tungstenite::WebSocket<TcpStream>| socket.read().unwrap().to_string();
+    assert!((0..100).any(|_| holder(&mut watches).contains("\"holder\":\"free\"")));
+    assert_eq!((asks(&own), asks(&others)), ([true; 2], [false; 2]));
 }
 
 #[test]
