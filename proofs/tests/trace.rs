@@ -91,6 +91,9 @@ fn seeded_defects_of_the_trace_are_noticed() {
     let gaps = with(&|trace| trace.statements.hazards[0].whole = false);
     assert!(gaps.contains(&TraceGap::Incomplete("H-01".into())), "{gaps:?}");
 
+    let gaps = with(&|trace| trace.statements.requirements[0].hazards.clear());
+    assert!(gaps.iter().any(|gap| matches!(gap, TraceGap::OneWay { .. })), "{gaps:?}");
+
     // A mechanism whose file was moved: the faults in the file at its new place break a requirement elsewhere.
     let gaps = with(&|trace| {
         for mechanism in trace.mechanisms.iter_mut().filter(|each| each.file.ends_with("predicate.rs")) {

@@ -155,6 +155,7 @@ mod tests {
         assert!(switches(&mut supervisor, answer(), after(4040)).is_empty());
     }
 
+    // Evidence for SR-25.
     #[test]
     fn switch_without_an_answer_is_a_fault_and_the_spindle_is_then_unknown() {
         let mut supervisor = steered();
@@ -171,6 +172,7 @@ mod tests {
         assert!(switches(&mut supervisor, quit, after(5030)).is_empty(), "nothing is sent after a fault");
     }
 
+    // Evidence for SR-25.
     #[test]
     fn spindle_that_the_session_started_stops_with_it() {
         for answered in [false, true] {
@@ -187,6 +189,7 @@ mod tests {
         }
     }
 
+    // Evidence for SR-25.
     #[test]
     fn nothing_is_switched_without_the_ability_or_while_a_contour_runs() {
         let work = work();

@@ -29,6 +29,14 @@ pub enum TraceGap {
         /// The number, empty when it names none.
         hazard: String,
     },
+    /// A requirement names a hazard, or a hazard a requirement, and the other one does not name it.
+    #[error("{requirement} and {hazard}: one of them names the other, and is not named there")]
+    OneWay {
+        /// The requirement.
+        requirement: String,
+        /// The hazard.
+        hazard: String,
+    },
     /// A number that no page states.
     #[error("{place} names {id}, which no page of docs/safety states")]
     Unknown {
@@ -186,6 +194,16 @@ fn of_statements(trace: &SafetyTrace) -> Vec<TraceGap> {
                 .map(|hazard| TraceGap::NoHazard { id: requirement.id.clone(), hazard }),
         );
         gaps.extend(unknown_of(&requirement.id, &requirement.assumptions, &[&assumptions]));
+    }
+    for (requirement, hazard) in statements
+        .requirements
+        .iter()
+        .flat_map(|each| statements.hazards.iter().map(move |hazard| (each, hazard)))
+    {
+        if requirement.hazards.contains(&hazard.id) != hazard.refers_to.contains(&requirement.id) {
+            let (requirement, hazard) = (requirement.id.clone(), hazard.id.clone());
+            gaps.push(TraceGap::OneWay { requirement, hazard });
+        }
     }
     for stated in statements.hazards.iter().chain(&statements.assumptions) {
         if !stated.whole {

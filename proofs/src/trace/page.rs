@@ -44,7 +44,7 @@ fn write_trace(text: &mut String, trace: &SafetyTrace) -> Result {
          and from the results of the\nseeded faults. CI fails when a requirement has no running evidence, when \
          evidence belongs to no requirement, when\nnobody notices a fault, when no fault can \
          make a test fail, or when a test changed since it \
-         noticed one\n(`proofs/results/evidence.tsv` holds digests of their texts).\n\n\
+         noticed one\n([the evidence](evidence.md#proofs) says what this rests on).\n\n\
          {} requirements, {} pieces of evidence ({running} of them run code of the product), {} seeded faults. In \
          each\nsection, the table of the evidence names the faults that each piece noticed, in a copy of the \
          code.\n\n\

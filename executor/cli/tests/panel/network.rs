@@ -19,8 +19,8 @@ const LOST_OF_100: u8 = 3;
 /// waits.
 const AGAIN: Duration = Duration::from_millis(300);
 
-/// Passes bytes on with the delay. A lost packet keeps all behind it back, as TCP does. Of two names, the other one goes
-/// on in place of the first.
+/// Passes bytes on with the delay. A lost packet keeps all behind it back, as TCP does. The second of two names goes on
+/// in place of the first.
 fn pass(mut from: TcpStream, mut to: TcpStream, names: Option<(String, String)>, seed: u64) {
     let (sender, queue): (_, Receiver<(Instant, Vec<u8>)>) = channel();
     std::thread::spawn(move || {

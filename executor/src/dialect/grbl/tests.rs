@@ -32,7 +32,7 @@ fn ready() -> Grbl {
     grbl
 }
 
-// Evidence for SR-18.
+// Evidence for SR-18, SR-19.
 #[test]
 fn report_is_read_in_drawing_coordinates() {
     let mut grbl = dialect();
