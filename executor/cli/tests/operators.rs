@@ -8,11 +8,17 @@ mod terminal_of_test;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::sync::{PoisonError, RwLock};
 
 use keepout_executor::session::LoggedEvent;
 use keepout_executor::session::log::Log;
 
+/// A program inherits the open terminals of this process. Who closes one takes this lock for writing, so that no other
+/// program keeps it open.
+static PROGRAMS: RwLock<()> = RwLock::new(());
+
 fn keepout(arguments: &[&str]) -> Output {
+    let _runs = PROGRAMS.read().unwrap_or_else(PoisonError::into_inner);
     Command::new(env!("CARGO_BIN_EXE_keepout")).args(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
@@ -116,6 +122,7 @@ mod terminal {
                 let path = log.display().to_string();
                 let mut run = vec!["run", &plan, "--operator", "keyboard", "--log", &path];
                 run.extend(view.then_some("--view"));
+                let _alone = PROGRAMS.write().unwrap_or_else(PoisonError::into_inner);
                 let mut terminal = Terminal::run(&run, None);
                 if let Some(last) = last {
                     terminal.type_for(Duration::from_secs(2), b"\x1b[D", Duration::from_millis(30));
@@ -133,6 +140,7 @@ mod terminal {
         let (folder, plan) = planned("keyboard");
         let trace = folder.join("keys.trace").display().to_string();
         let run = ["run", &plan, "--operator", "keyboard", "--view", "--record-trace", &trace];
+        let _runs = PROGRAMS.read().unwrap_or_else(PoisonError::into_inner);
         let mut terminal = Terminal::run(&run, None);
         let (held, once) = (Duration::from_millis(30), Duration::from_secs(60));
         terminal.wait_for("\u{1b}[?1049h");
