@@ -91,7 +91,7 @@ mod tests {
             let told = refusal("/dev/no-such-device", dialect);
             assert!(told.contains("there is no dialect"), "{dialect}: {told}");
         }
-        // What passes is asked at its port.
+        // With a device and a dialect of the list, the program opens the port.
         assert!(refusal("/dev/no-such-device", "grbl").contains("/dev/no-such-device"));
     }
 }

@@ -142,7 +142,7 @@ const FAULTS: [PageFault; 14] = [
 ];
 
 #[test]
-#[ignore = "it runs every complaint's test once more: three minutes"]
+#[ignore = "it runs every complaint's test once more: four minutes"]
 fn seeded_faults_are_noticed() {
     let mut missed = Vec::new();
     for fault in FAULTS {

@@ -69,7 +69,7 @@ pub async fn is_admitted(State(site): State<PanelSite>, request: Request, next: 
     }
 }
 
-/// Whether the request is from a screen that steers, or nobody steers and it is from a screen that is connected.
+/// Whether the request is from a connected screen, and no other one steers.
 pub fn may_change(site: &PanelSite, headers: &HeaderMap) -> bool {
     let client =
         text(headers, HeaderName::from_static(SCREEN)).and_then(|secret| site.access().connection(secret));

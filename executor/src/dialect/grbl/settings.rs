@@ -252,8 +252,8 @@ impl Settings {
     /// the stores, `None`. `mm` is the arc tolerance that the margin allows.
     ///
     /// # Errors
-    /// [`Unfit`] if the second reading lacks what was stored or
-    /// differs from the first one in another setting. A digit can change on the way, in a value or in a number.
+    /// [`Unfit`] if the second reading lacks what was stored, or differs from the first one in another setting. A digit
+    /// can change on the way, in a value or in a number.
     pub(super) fn stores(&self, hal: bool, mm: f64) -> Result<Option<Stores>, Unfit> {
         let has_arcs = self.follows_arcs(mm);
         let Some(before) = self.before else {
