@@ -218,6 +218,23 @@ impl Tab<'_> {
         self.finger("touchEnd", &[]);
     }
 
+    /// Taps until an expression is true: a page that builds its buttons again under the finger loses a tap.
+    pub fn tap_until(&mut self, what: &str, expression: &str) {
+        for _ in 0..5 {
+            self.tap(what);
+            for _ in 0..60 {
+                if self.value(&format!("Boolean({expression})")) == Value::Bool(true) {
+                    return;
+                }
+                std::thread::sleep(Duration::from_millis(50));
+            }
+        }
+        panic!(
+            "not after 5 taps on {what}: {expression}\n{}",
+            self.value("document.body.innerText.slice(0, 600)")
+        );
+    }
+
     /// Holds for so long.
     pub fn hold(&mut self, what: &str, span: Duration) {
         let at = self.place(what);
