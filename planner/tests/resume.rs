@@ -278,6 +278,25 @@ fn job_interrupted_anywhere_any_number_of_times_is_cut_completely() {
     assert!(runs >= 24 && all_restarted.get() > 0, "only {runs} free spaces");
 }
 
+/// Progress listed the contour as partial, and the job for the rest called it finished.
+#[test]
+fn contour_that_stops_10_micrometres_before_its_end_is_finished() {
+    let case = CASES.iter().find(|case| case.0.contains("slot_exact")).unwrap();
+    let plan = planned(*case, Cut::Climb, &[0.1, 0.0]);
+    let mut draws = vec![
+        0.7919519084043039,
+        0.0,
+        0.0,
+        0.8461636402227771,
+        0.4360955731509667,
+        0.0,
+        0.8575647795554436,
+        0.22333286289634396,
+    ];
+    draws.resize(40, 0.0);
+    interrupted_often(&plan, Point::from_units(0, -322_059).unwrap(), Draws(draws, 0), 3);
+}
+
 /// With room around the part, only the joints are recut: at most 0.05 mm.
 #[test]
 fn resumed_job_with_room_recuts_only_the_joints() {

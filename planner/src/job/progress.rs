@@ -222,7 +222,8 @@ impl RemainingContour {
         };
         let cut_mm = candidates(track, number, resume_point, ALIKE_MM)?;
         let cut_mm = cut_mm.into_iter().map(beyond_entry).fold(length_mm, f64::min);
-        Ok((length_mm - cut_mm > DONE_MM).then_some(Self { entry_mm, cut_mm, length_mm }))
+        // Half of it, because places are rounded: what [`Progress::after`] lists as partial is never finished here.
+        Ok((length_mm - cut_mm > 0.5 * DONE_MM).then_some(Self { entry_mm, cut_mm, length_mm }))
     }
 
     /// Start and end of the remaining contour.
