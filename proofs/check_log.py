@@ -250,7 +250,7 @@ MM = "(-?[0-9]+(?:[.][0-9]{1,5})?)"
 TEXT = re.compile(f"([$]J=G53G90G21|G1G21G54G90G94|G[23]G17G21G54G90G94)X{MM}Y{MM}(?:Z{MM})?(?:R{MM})?F([0-9]+)\n")
 # Texts that move nothing, but for $H: queries, settings, modes, the spindle, a reset.
 QUIET = re.compile("[?]|\x18|[$]\n|[$][I$NH]\n|[$]N[01]=G80\n|[$]10=[0-9]+\n|[$]12=[0-9.]+\n|M3S[0-9]+\n|M5\n|"
-                   "G21G90G94G17G40G49G80(?:G50)?G55\nG54\n[$]#\n")
+                   "\x90?G21G90G94G17G40G49G80(?:G50)?G55\nG54\n[$]#\n")
 REPORT = re.compile("<(?:Idle|Jog|Run|Hold|Home|Alarm|Door|Check|Sleep|Tool)(?::[0-9]+)?(?:[|][ -9;-{]*:[ -{}~]*)*>")
 HEADS = {"line": "G1G21G54G90G94", "clockwise": "G2G17G21G54G90G94", "counterclockwise": "G3G17G21G54G90G94"}
 # No rule needs a number with a point or an exponent: it stays text. No field stands twice.

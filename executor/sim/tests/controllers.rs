@@ -204,7 +204,7 @@ fn rejections_alarms_and_resets_stop_the_session() {
 fn lost_acknowledgements_stop_the_session() {
     let mut inner = grbl(|_| Vec::new());
     let unanswered =
-        move |bytes: &[u8]| if bytes.starts_with(b"G21") { b"ok\r\n".to_vec() } else { inner(bytes) };
+        move |bytes: &[u8]| if bytes.starts_with(b"\x90G21") { b"ok\r\n".to_vec() } else { inner(bytes) };
     assert_eq!(fault_of(unanswered, false, None).0, Fault::LineLost);
     assert_eq!(fault_of(grbl(|_| Vec::new()), false, None).0, Fault::LineLost);
 }
@@ -227,6 +227,7 @@ fn unfit_controllers_are_rejected() {
         ("$10=3", "$10=1", "$10"),
         ("$12=0.001", "$12=0.005", "$12"),
         ("$N1=G80", "$N1=", "$N"),
+        ("|Bf:15,128", "|Bf:15,128|Ov:150,100,100", "feed override"),
         ("[G54:-5.000,0.000,0.000]", "[G54:-5.000,0.000,0.000:0.00]", "G54 rotation"),
     ] {
         let mut inner = grbl(|_| Vec::new());

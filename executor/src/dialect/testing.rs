@@ -37,11 +37,11 @@ pub(super) fn place(x: i64, y: i64, z: i64) -> Place {
     Point::from_units(x, y).unwrap().at_height(Height::from_units(z).unwrap())
 }
 
-/// The text of a command.
+/// The text of a command, each byte as the character with its number.
 pub(super) fn encoded(dialect: &mut impl Dialect, command: &Command) -> String {
     let mut out = Vec::new();
     dialect.encode(command, &mut out).unwrap();
-    String::from_utf8(out).unwrap()
+    out.into_iter().map(char::from).collect()
 }
 
 /// Random bytes and commands give some replies and bounded output.

@@ -390,7 +390,11 @@ fn machine(world: &HostileWorld, spec: &Spec, start_mm: Mm3, abilities: Abilitie
     SimMachine::new(controller, spec.baud, spec.latency, slip).hurt(there, here).driven(drives)
 }
 
-/// The second model. Sessions with faults may have one that leaves steps: it ends a contour with a fault.
+/// Raises GRBL's feed override by 10 %.
+const INCREASE_FEED: u8 = 0x91;
+
+/// The second model, with the feed override that an earlier host left. Sessions with faults may have one that leaves
+/// steps: it ends a contour with a fault.
 fn second_model(spec: &Spec, settings: SimSettings) -> Box<dyn SimulatedController> {
     let mut random = Rng::with_seed(spec.seed ^ 0x510e);
     let slowness = [1, 3, 6][random.usize(0..3)];
@@ -398,7 +402,9 @@ fn second_model(spec: &Spec, settings: SimSettings) -> Box<dyn SimulatedControll
     let leaves = random.u8(0..4) == 0 && !spec.faults.is_empty();
     let model = if leaves { model.leaving_steps(spec.seed) } else { model };
     let late = spec.suffers(HostileFault::Doubling) && random.bool();
-    Box::new(if late { model.repeating_late(spec.seed) } else { model })
+    let mut model = if late { model.repeating_late(spec.seed) } else { model };
+    (0..random.u8(0..11)).for_each(|_| model.receive(INCREASE_FEED));
+    Box::new(model)
 }
 
 fn happenings(spec: &Spec, random: &mut Rng) -> Vec<(Time, Happening)> {

@@ -34,7 +34,7 @@ pub use status::Status;
 
 use super::lines::{Line, Lines, as_str, push_number};
 use super::{Dialect, DialectConfig, Inspector};
-use crate::supervisor::{Abilities, Command, EncodeError, Reply, Report, text};
+use crate::supervisor::{Abilities, Command, EncodeError, Reply, Report, Unfit, text};
 
 /// Longest motion line, bytes: GRBL's receive buffer holds 127, and a line may arrive twice.
 const LINE_MAX: usize = 63;
@@ -254,10 +254,17 @@ impl Grbl {
 
     /// `None` when the report is malformed: the dialect then uses no part of it.
     fn report(&mut self, line: &str) -> Option<Reply> {
-        let Status { mode, position, free, offset, .. } = Status::parse(line, self.three())?;
+        let Status { mode, position, free, offset, feed_percent, .. } = Status::parse(line, self.three())?;
         let position = position.map(|at| self.setting.in_drawing(at)).transpose().ok()?;
         if offset.is_some_and(|offset| self.displaced(offset)) {
             return Some(Reply::Displaced);
+        }
+        if let Some(percent @ 101..) = feed_percent
+            && self.stage == Stage::Ready
+        {
+            let needed = "at most 100 %, because the contour error holds for the planned feed: somebody else \
+                          raised it";
+            return Some(Reply::Unfit(Unfit { name: "feed override", value: percent.into(), needed }));
         }
         let (queued, waiting) = free.and_then(|free| self.buffers.take(mode, free)).unzip();
         let agreed = self.work_offset.is_some() && self.work_offset == self.stated.sum();

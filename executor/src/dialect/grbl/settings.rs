@@ -278,9 +278,9 @@ impl Settings {
     }
 
     /// The report mask to store, if the controller's mask lacks machine positions (bit 0) or buffers (bit 1).
-    /// grblHAL reports its work offset only with bit 5.
+    /// grblHAL reports its work offset only with bit 5, and its overrides with bit 6.
     pub(super) fn report_mask_needed(&self, hal: bool) -> Option<u16> {
-        let needed = if hal { 0b10_0011 } else { 0b11 };
+        let needed = if hal { 0b110_0011 } else { 0b11 };
         let mask = self.report_mask.map_or(0, |mask| u16::try_from(nearest_unit(mask)).unwrap_or(0));
         let set = if hal { mask | needed } else { needed };
         (mask & needed != needed).then_some(set)

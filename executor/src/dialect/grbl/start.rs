@@ -84,12 +84,12 @@ impl Grbl {
         }
     }
 
-    /// Sets the modes of the session. A change of work coordinates makes the next report carry their offset. The
-    /// parameter list must agree with it.
+    /// Sets the modes of the session, and the feed override of another host back to 100 % (0x90). A change of work
+    /// coordinates makes the next report carry their offset. The parameter list must agree with it.
     pub(super) fn arm(&mut self, out: &mut Vec<u8>) {
         // Scaling in grblHAL applies to every line, also to jogs, until a G50 cancels it.
         let scaling: &[u8] = if self.hal { b"G50" } else { b"" };
-        out.extend([b"G21G90G94G17G40G49G80", scaling, b"G55\nG54\n$#\n"].concat());
+        out.extend([b"\x90G21G90G94G17G40G49G80", scaling, b"G55\nG54\n$#\n"].concat());
         self.work_offset = None;
         self.stated = Stated::default();
         self.stage = Stage::Arming(3);

@@ -24,6 +24,8 @@ pub struct Status<'a> {
     pub offset: Option<Place>,
     /// The feed, mm/min.
     pub feed_mm_min: Option<f64>,
+    /// The feed override, per cent.
+    pub feed_percent: Option<u16>,
 }
 
 impl<'a> Status<'a> {
@@ -34,8 +36,15 @@ impl<'a> Status<'a> {
         let inner = line.strip_prefix('<')?.strip_suffix('>')?;
         let mut fields = inner.split('|');
         let state = fields.next()?;
-        let mut status =
-            Self { state, mode: mode(state)?, position: None, free: None, offset: None, feed_mm_min: None };
+        let mut status = Self {
+            state,
+            mode: mode(state)?,
+            position: None,
+            free: None,
+            offset: None,
+            feed_mm_min: None,
+            feed_percent: None,
+        };
         let mut later = fields.clone();
         for field in fields {
             later.next();
@@ -52,6 +61,7 @@ impl<'a> Status<'a> {
                 }
                 "WCO" => status.offset = Some(place(value, three)?),
                 "F" | "FS" => status.feed_mm_min = value.split(',').next().and_then(|feed| feed.parse().ok()),
+                "Ov" => status.feed_percent = Some(value.split(',').next()?.parse().ok()?),
                 _ => {}
             }
         }

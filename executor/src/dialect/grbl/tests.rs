@@ -223,10 +223,36 @@ fn controller_that_can_turn_work_coordinates_is_refused() {
 fn arming_sets_every_mode_that_changes_a_motion() {
     let (mut grbl, mut out) = (dialect(), Vec::new());
     grbl.encode(&Command::Arm, &mut out).unwrap();
-    let line = String::from_utf8(out).unwrap();
+    let line = String::from_utf8(out.split_off(1)).unwrap();
+    assert_eq!(out, [0x90], "the feed override of another host goes back to 100 %");
     // mm, absolute, feed per minute, plane XY, no cutter radius, no tool length, no canned cycle.
     for mode in ["G21", "G90", "G94", "G17", "G40", "G49", "G80"] {
         assert!(line.contains(mode), "{line} leaves {mode} out");
+    }
+}
+
+// Evidence for SR-19.
+#[test]
+fn feed_override_above_100_per_cent_ends_the_session() {
+    let report = |stage: Stage, percent: &str| {
+        let mut grbl = Grbl { stage, ..ready() };
+        hear(&mut grbl, format!("<Run|MPos:1.000,2.000,3.000|FS:500,0|Ov:{percent},100,100>\r\n").as_bytes())
+            .0
+    };
+    for (percent, fits) in [("10", true), ("100", true), ("101", false), ("200", false), ("65535", false)] {
+        match report(Stage::Ready, percent)[..] {
+            [Reply::Report(_)] => assert!(fits, "{percent}"),
+            [Reply::Unfit(Unfit { name: "feed override", value, .. })] => {
+                assert!(!fits && percent.parse() == Ok(value), "{percent}");
+            }
+            _ => panic!("{percent}"),
+        }
+        // An earlier host can have left it. Arming sets it back.
+        assert!(matches!(report(Stage::Prepared, percent)[..], [Reply::Report(_)]), "{percent}");
+        assert!(matches!(report(Stage::Arming(1), percent)[..], [Reply::Report(_)]), "{percent}");
+    }
+    for percent in ["", "-1", "x", "99999", "1.5"] {
+        assert!(matches!(report(Stage::Ready, percent)[..], [Reply::Garbled(_)]), "{percent}");
     }
 }
 

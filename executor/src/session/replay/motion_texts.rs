@@ -99,9 +99,9 @@ impl MotionTexts {
 }
 
 /// Whether the text moves nothing: a query, a setting, modes, the spindle, a reset. Homing counts too, since no
-/// certificate covers it.
+/// certificate covers it. Earlier versions left the feed override as it was (0x90).
 fn is_quiet(bytes: &[u8]) -> bool {
-    const WHOLE: [&[u8]; 12] = [
+    const WHOLE: [&[u8]; 14] = [
         b"?",
         b"\x18",
         b"$\n",
@@ -112,6 +112,8 @@ fn is_quiet(bytes: &[u8]) -> bool {
         b"$N0=G80\n",
         b"$N1=G80\n",
         b"M5\n",
+        b"\x90G21G90G94G17G40G49G80G55\nG54\n$#\n",
+        b"\x90G21G90G94G17G40G49G80G50G55\nG54\n$#\n",
         b"G21G90G94G17G40G49G80G55\nG54\n$#\n",
         b"G21G90G94G17G40G49G80G50G55\nG54\n$#\n",
     ];
