@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+pub use page::{Exclusion, exclusions};
 use serde::Deserialize;
 
 use crate::trace::code_digest;
@@ -296,14 +297,14 @@ mod tests {
             (1, vec!["kernel/src/lib.rs:3:1: c"])
         );
         let settings =
-            ["exclude_re = [\n    # Same answers: it is\n    # the same.\n    \"a|b\",\n    'c',\n]\n"
-                .to_string()];
-        let page = made.page(&settings);
+            "exclude_re = [\n    # Same answers: it is\n    # the same.\n    \"a|b\",\n    'c',\n]\n";
+        let page = made.page(&exclusions(settings), 5);
         for line in [
             "| `kernel/src/lib.rs` | 3 | 1 | 0 | 0 | 1 | 1 |",
             "- `kernel/src/lib.rs:3:1: c`",
-            "| `a\\|b` | Same answers | it is the same. |",
-            "| `c` | Same answers | it is the same. |",
+            "\n2 of 5 changes are not tried",
+            "| `a\\|b` | 0 | Same answers | it is the same. |",
+            "| `c` | 0 | Same answers | it is the same. |",
         ] {
             assert!(page.contains(line), "{line} is missing in\n{page}");
         }

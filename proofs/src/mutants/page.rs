@@ -4,10 +4,21 @@ use std::fmt::Write as _;
 
 use super::{MutantFate, MutantTable};
 
+/// A pattern of `exclude_re` in the settings of a part: the mutants that it matches are not tried.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exclusion {
+    /// The pattern, as it is matched with the name of a mutant.
+    pub pattern: String,
+    /// The kind and the reason, from the comment above it.
+    pub reason: String,
+    /// The number of mutants that it matches.
+    pub mutants: usize,
+}
+
 impl MutantTable {
-    /// The page. `settings` are the texts of `proofs/mutants`, whose exclusions it lists with their reasons.
+    /// The page, with what is left out of `all` mutants, and why.
     #[must_use]
-    pub fn page(&self, settings: &[String]) -> String {
+    pub fn page(&self, exclusions: &[Exclusion], all: usize) -> String {
         let mut page = String::from(
             "# Mutation of the trusted code\n\n`.ci/weekly` lets cargo-mutants change the trusted code of kernel, \
              guard and dialects, one place at a time: other\noperators, other results of functions, arms of \
@@ -34,18 +45,20 @@ impl MutantTable {
             page.push_str("None.\n");
         }
         missed.iter().for_each(|name| page.push_str(&format!("- `{name}`\n")));
-        page.push_str(
-            "\n## Left out, with the reason\n\nThese changes are not tried, because no test has to notice them. The \
-             pattern is matched with the name of the mutant.\n\n\
+        let _ = writeln!(
+            page,
+            "\n## Left out, with the reason\n\n{} of {all} changes are not tried, because no test has to notice \
+             them. The pattern is matched with the name\nof the mutant, and two patterns can match the same one.\n\n\
              - *Same answers*: the change gives the answers of the code, for the stated reason.\n\
              - *Refuses more*: the change admits nothing that the code refuses. The tool may have to go another way.\n\
              - *Out of reach*: a test would need more memory than a CI machine has.\n\n\
-             | pattern | kind | reason |\n|---|---|---|\n",
+             | pattern | mutants | kind | reason |\n|---|---|---|---|",
+            all - totals[0]
         );
-        for (pattern, reason) in settings.iter().flat_map(|text| exclusions(text)) {
+        for Exclusion { pattern, reason, mutants } in exclusions {
             let pattern = pattern.replace('|', "\\|");
-            let (kind, reason) = reason.split_once(": ").unwrap_or(("**no kind**", &reason));
-            let _ = writeln!(page, "| `{pattern}` | {kind} | {reason} |");
+            let (kind, reason) = reason.split_once(": ").unwrap_or(("**no kind**", reason));
+            let _ = writeln!(page, "| `{pattern}` | {mutants} | {kind} | {reason} |");
         }
         page
     }
@@ -56,8 +69,9 @@ fn table_line(name: &str, cells: [usize; 6]) -> String {
     format!("| {name} | {} |\n", cells.join(" | "))
 }
 
-/// The patterns of `exclude_re` in settings, each with the comment above it.
-fn exclusions(settings: &str) -> Vec<(String, String)> {
+/// The exclusions of settings, without the numbers of their mutants.
+#[must_use]
+pub fn exclusions(settings: &str) -> Vec<Exclusion> {
     let mut found = Vec::new();
     let mut reason: Vec<&str> = Vec::new();
     let mut after_pattern = false;
@@ -71,7 +85,7 @@ fn exclusions(settings: &str) -> Vec<(String, String)> {
             reason.push(comment);
         } else {
             let pattern = line.trim_end_matches(',').trim_matches(['"', '\'']);
-            found.push((pattern.into(), reason.join(" ")));
+            found.push(Exclusion { pattern: pattern.into(), reason: reason.join(" "), mutants: 0 });
             after_pattern = true;
         }
     }
@@ -90,7 +104,9 @@ mod tests {
     fn every_exclusion_says_its_kind() {
         for part in PARTS {
             let file = workspace().join(format!("proofs/mutants/{part}.toml"));
-            for (pattern, reason) in exclusions(&fs::read_to_string(file).expect("the settings are here")) {
+            for Exclusion { pattern, reason, .. } in
+                exclusions(&fs::read_to_string(file).expect("the settings are here"))
+            {
                 let kind = reason.split(": ").next().unwrap_or_default();
                 assert!(
                     ["Same answers", "Refuses more", "Out of reach"].contains(&kind),

@@ -7,7 +7,7 @@ use std::process::{Command, ExitCode};
 
 use keepout_planner::file::write_whole;
 use keepout_proofs::faults;
-use keepout_proofs::mutants::{self, ListedMutant, MutantTable};
+use keepout_proofs::mutants::{self, Exclusion, ListedMutant, MutantTable};
 
 /// The outcomes to keep.
 #[derive(Debug, clap::Args)]
@@ -30,25 +30,65 @@ impl KeepMutants {
             let text = std::fs::read_to_string(file).map_err(named)?;
             new.extend(mutants::of_outcomes(&text).map_err(named)?);
         }
-        let (mut listed, mut settings) = (Vec::new(), Vec::new());
+        let (mut listed, mut left_out, mut all) = (Vec::new(), Vec::new(), 0);
         for part in mutants::PARTS {
             let file = root.join(format!("proofs/mutants/{part}.toml"));
-            settings.push(std::fs::read_to_string(&file)?);
-            listed.extend(list(&root, &file)?);
+            listed.extend(list(&root, &file, ".")?);
+            let settings = std::fs::read_to_string(&file)?;
+            let whole = Whole::of(&settings)?;
+            all += list(&root, &whole.0, ".")?.len();
+            for exclusion in mutants::exclusions(&settings) {
+                let mutants = list(&root, &whole.0, &exclusion.pattern)?.len();
+                if mutants == 0 {
+                    let pattern = exclusion.pattern;
+                    return Err(io::Error::other(format!(
+                        "{}: the pattern {pattern} matches no mutant: remove it",
+                        file.display()
+                    )));
+                }
+                left_out.push(Exclusion { mutants, ..exclusion });
+            }
         }
         let table = MutantTable::new(&root, listed, &new)?;
         write_whole(&root.join("proofs/results/mutants.tsv"), table.text().as_bytes())?;
-        write_whole(&root.join("docs/safety/mutants.md"), table.page(&settings).as_bytes())?;
+        write_whole(&root.join("docs/safety/mutants.md"), table.page(&left_out, all).as_bytes())?;
         table.missed().for_each(|name| println!("missed: {name}"));
         println!("{} missed, {} not tried", table.missed().count(), table.untried());
         Ok(table.untried() == 0 && table.missed().next().is_none())
     }
 }
 
-/// The mutants that cargo-mutants makes with these settings.
-fn list(root: &Path, settings: &Path) -> io::Result<Vec<ListedMutant>> {
+/// A file with the settings of a part, without their exclusions.
+struct Whole(PathBuf);
+
+impl Whole {
+    fn of(settings: &str) -> io::Result<Self> {
+        let file = std::env::temp_dir().join(format!("keepout-mutants-{}.toml", std::process::id()));
+        let whole = settings.split_once("exclude_re").map_or(settings, |(before, _)| before);
+        write_whole(&file, whole.as_bytes())?;
+        Ok(Self(file))
+    }
+}
+
+impl Drop for Whole {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// The mutants that cargo-mutants makes with these settings, whose name matches `pattern`.
+fn list(root: &Path, settings: &Path, pattern: &str) -> io::Result<Vec<ListedMutant>> {
     let mut command = Command::new("cargo");
-    command.current_dir(root).args(["mutants", "--list", "--json", "--workspace", "--config"]).arg(settings);
+    command.current_dir(root).args([
+        "mutants",
+        "--list",
+        "--json",
+        "--workspace",
+        "--re",
+        pattern,
+        "--config",
+    ]);
+    command.arg(settings);
     let listed = command.output()?;
     if !listed.status.success() {
         let said = String::from_utf8_lossy(&listed.stderr);
