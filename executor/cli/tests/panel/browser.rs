@@ -178,8 +178,7 @@ impl Tab<'_> {
     pub fn wait_for(&mut self, expression: &str, within: Duration) {
         let begun = Instant::now();
         while self.value(&format!("Boolean({expression})")) != Value::Bool(true) {
-            let page = "document.body.innerText.slice(0, 600)";
-            assert!(begun.elapsed() < within, "not within {within:?}: {expression}\n{}", self.value(page));
+            assert!(begun.elapsed() < within, "not within {within:?}: {expression}\n{}", self.shown());
             std::thread::sleep(Duration::from_millis(50));
         }
     }
@@ -218,21 +217,38 @@ impl Tab<'_> {
         self.finger("touchEnd", &[]);
     }
 
-    /// Taps until an expression is true: a page that builds its buttons again under the finger loses a tap.
-    pub fn tap_until(&mut self, what: &str, expression: &str) {
-        for _ in 0..5 {
+    /// Taps until an expression is true. The page drops a touch that arrives late, so a person taps again.
+    pub fn taps(&mut self, what: &str, until: &str) {
+        let came = (0..8).any(|_| {
             self.tap(what);
-            for _ in 0..60 {
-                if self.value(&format!("Boolean({expression})")) == Value::Bool(true) {
-                    return;
-                }
-                std::thread::sleep(Duration::from_millis(50));
-            }
-        }
-        panic!(
-            "not after 5 taps on {what}: {expression}\n{}",
-            self.value("document.body.innerText.slice(0, 600)")
-        );
+            self.comes(until)
+        });
+        assert!(came, "not after eight taps of {what}: {until}\n{}", self.shown());
+    }
+
+    /// Presses until an expression is true. The page lets go of a control that it builds again, so a person presses
+    /// again.
+    pub fn presses(&mut self, until: &str, press: impl Fn(&mut Self)) {
+        let came = (0..8).any(|_| {
+            press(self);
+            let came = self.comes(until);
+            self.lift();
+            came
+        });
+        assert!(came, "not after eight presses: {until}\n{}", self.shown());
+    }
+
+    /// Whether an expression becomes true within three seconds.
+    fn comes(&mut self, until: &str) -> bool {
+        (0..60).any(|_| {
+            std::thread::sleep(Duration::from_millis(50));
+            self.value(&format!("Boolean({until})")) == Value::Bool(true)
+        })
+    }
+
+    /// The beginning of what the page shows.
+    fn shown(&mut self) -> Value {
+        self.value("document.body.innerText.slice(0, 600)")
     }
 
     /// Holds for so long.

@@ -50,25 +50,15 @@ fn push_towards(tab: &mut Tab<'_>, to: Mm2, slow_within_mm: f64) {
     tab.wait("panel.state.session.rests");
 }
 
-/// Lowers or raises the tool by the button until the height is reached. The page lets go of a button that it builds
-/// again, so the finger presses again then.
+/// Lowers or raises the tool by the button until it has passed the height.
 fn lift_to(tab: &mut Tab<'_>, height_mm: f64) {
     let height = |tab: &mut Tab<'_>| tab.value("panel.state.session.height_mm").as_f64().unwrap();
     let below = height(tab) > height_mm;
-    for _ in 0..10 {
-        let at = tab.place(if below { "↓" } else { "↑" });
+    let (button, passed) = if below { ("↓", "<") } else { ("↑", ">=") };
+    tab.presses(&format!("panel.state.session.height_mm {passed} {height_mm}"), |tab| {
+        let at = tab.place(button);
         tab.second_finger(&[at]);
-        for _ in 0..60 {
-            if (height(tab) < height_mm) == below {
-                break;
-            }
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        tab.lift();
-        if (height(tab) < height_mm) == below {
-            break;
-        }
-    }
+    });
     tab.wait("panel.state.session.rests");
     let rests_at = height(tab);
     assert_eq!(rests_at < height_mm, below, "the tool rests at {rests_at} mm, above {}", tool(tab));
@@ -119,7 +109,7 @@ fn touch_off(tab: &mut Tab<'_>) {
     tab.tap("Begin to touch off");
     tab.tap("Home first");
     tab.wait("panel.state.session && panel.state.session.phase === 'manual'");
-    tab.tap_until("100 %", "panel.steering.speed === 1");
+    tab.taps("100 %", "panel.steering.speed === 1");
     tab.picture("3-touch");
     let places = tab.value("panel.job.touches[0].map((place) => place.at_mm)");
     let (width, height) = (80.0, 50.0);
@@ -140,7 +130,7 @@ fn touch_off(tab: &mut Tab<'_>) {
             _ => lift_to(tab, -20.0),
         }
         // The panel takes no place while the machine moves.
-        tab.tap_until("Take", &format!("panel.job.touches[1] === {number}"));
+        tab.taps("Take", &format!("panel.job.touches[1] === {number}"));
     }
     tab.wait("document.querySelector('#headline').innerText === 'ALL TAKEN'");
     tab.picture("3-taken");
@@ -156,10 +146,10 @@ fn cut(tab: &mut Tab<'_>) {
     tab.tap("Begin to cut");
     tab.tap("It is homed");
     tab.wait("panel.state.session && panel.state.session.phase === 'manual'");
-    tab.tap_until("Raise", "panel.state.session.height_mm > 4.9");
+    tab.taps("Raise", "panel.state.session.height_mm > 4.9");
     tab.wait("panel.state.session.rests");
-    tab.tap_until("Spindle stands", "panel.state.session.spindle === true");
-    tab.tap_until("50 %", "panel.steering.speed === 0.5");
+    tab.taps("Spindle stands", "panel.state.session.spindle === true");
+    tab.taps("50 %", "panel.steering.speed === 0.5");
     jog_to(tab, Mm2::new(-16.0, 25.0));
     lift_to(tab, -0.8);
     tab.picture("4-rough");

@@ -246,43 +246,13 @@ pub(crate) fn contour_of_the_pocket(tab: &mut Tab<'_>) {
     tab.wait("panel.state.session.height_mm < 1.2 && panel.state.session.rests");
     tab.hold("Hold 1 s to arm", Duration::from_millis(1300));
     tab.wait("panel.state.session.armed");
-    presses(tab, "panel.state.session.phase !== 'manual' || panel.state.session.height_mm < -1.5", |tab| {
+    tab.presses("panel.state.session.phase !== 'manual' || panel.state.session.height_mm < -1.5", |tab| {
         let at = tab.place("↓");
         tab.second_finger(&[at]);
     });
     if tab.value("panel.state.session.phase") != "contouring" {
-        presses(tab, "panel.state.session.phase === 'contouring'", |tab| _ = tab.push(Mm2::new(1.0, 0.0)));
+        tab.presses("panel.state.session.phase === 'contouring'", |tab| _ = tab.push(Mm2::new(1.0, 0.0)));
     }
-}
-
-/// Presses until an expression is true. The page lets go of a control that it builds again, so a person presses again.
-fn presses(tab: &mut Tab<'_>, until: &str, press: impl Fn(&mut Tab<'_>)) {
-    for _ in 0..8 {
-        press(tab);
-        let came = comes(tab, until);
-        tab.lift();
-        if came {
-            return;
-        }
-    }
-    panic!("not after eight presses: {until}");
-}
-
-/// Taps until an expression is true. The page drops a touch that arrives late, so a person taps again.
-fn taps(tab: &mut Tab<'_>, what: &str, until: &str) {
-    let came = (0..8).any(|_| {
-        tab.tap(what);
-        comes(tab, until)
-    });
-    assert!(came, "not after eight taps of {what}: {until}");
-}
-
-/// Whether an expression becomes true within three seconds.
-fn comes(tab: &mut Tab<'_>, until: &str) -> bool {
-    (0..60).any(|_| {
-        std::thread::sleep(Duration::from_millis(50));
-        tab.value(&format!("Boolean({until})")) == Value::Bool(true)
-    })
 }
 
 /// 6, 9 and 10: a reload within a contour shows the truth, the contour goes on, and the time left is honest.
@@ -308,10 +278,10 @@ pub(crate) fn c06_reload_within_a_contour_shows_the_truth() {
     let off = format!("Math.abs({shown} - panel.state.session.left_s) < 8");
     tab.wait(&off);
     let before = tab.value("panel.state.session.left_s").as_f64().unwrap();
-    taps(&mut tab, "25 %", "panel.state.session.feed_percent === 25");
+    tab.taps("25 %", "panel.state.session.feed_percent === 25");
     tab.wait(&format!("panel.state.session.left_s > {}", 1.8 * before));
     tab.wait(&off);
-    taps(&mut tab, "100 %", "panel.state.session.feed_percent === 100");
+    tab.taps("100 %", "panel.state.session.feed_percent === 100");
     tab.picture("reloaded");
     tab.tap("FEED HOLD");
     tab.wait("panel.state.session.phase === 'holding'");
