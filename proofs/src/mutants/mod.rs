@@ -296,19 +296,39 @@ mod tests {
             (made.untried(), made.missed().collect::<Vec<_>>()),
             (1, vec!["kernel/src/lib.rs:3:1: c"])
         );
-        let settings =
-            "exclude_re = [\n    # Same answers: it is\n    # the same.\n    \"a|b\",\n    'c',\n]\n";
-        let page = made.page(&exclusions(settings), 5);
+        let settings = r#"exclude_re = [
+                # Same answers: it is
+                # the same.
+                "a|\\*b",
+                'rs:[23]',
+            ]
+        "#;
+        let listed = of_list(LIST).expect("the list is read");
+        let number = |each: Exclusion| {
+            let mutants = each.matches(&listed).expect("it leaves some out");
+            (each, mutants)
+        };
+        let numbered: Vec<_> = exclusions(settings).into_iter().map(number).collect();
+        let page = made.page(&numbered, 5);
         for line in [
             "| `kernel/src/lib.rs` | 3 | 1 | 0 | 0 | 1 | 1 |",
             "- `kernel/src/lib.rs:3:1: c`",
             "\n2 of 5 changes are not tried",
-            "| `a\\|b` | 0 | Same answers | it is the same. |",
-            "| `c` | 0 | Same answers | it is the same. |",
+            "| `a\\|\\*b` | 1 | Same answers | it is the same. |",
+            "| `rs:[23]` | 2 | Same answers | it is the same. |",
         ] {
             assert!(page.contains(line), "{line} is missing in\n{page}");
         }
         fs::remove_dir_all(root).expect("the folder is removed");
+    }
+
+    #[test]
+    fn exclusion_that_matches_nothing_is_refused() {
+        let listed = of_list(LIST).expect("the list is read");
+        for (pattern, why) in [("lib.rs:4", "matches no mutant"), ("(", "unclosed group")] {
+            let exclusion = Exclusion { pattern: pattern.into(), reason: String::new() };
+            assert!(exclusion.matches(&listed).expect_err(pattern).contains(why), "{pattern}");
+        }
     }
 
     #[test]

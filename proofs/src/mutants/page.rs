@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::{MutantFate, MutantTable};
+use regex::Regex;
+
+use super::{ListedMutant, MutantFate, MutantTable};
 
 /// A pattern of `exclude_re` in the settings of a part: the mutants that it matches are not tried.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,14 +13,26 @@ pub struct Exclusion {
     pub pattern: String,
     /// The kind and the reason, from the comment above it.
     pub reason: String,
-    /// The number of mutants that it matches.
-    pub mutants: usize,
+}
+
+impl Exclusion {
+    /// The number of mutants whose name the pattern matches.
+    ///
+    /// # Errors
+    /// When it is no regular expression, or when it matches none, so that its reason is about nothing.
+    pub fn matches(&self, mutants: &[ListedMutant]) -> Result<usize, String> {
+        let pattern = Regex::new(&self.pattern).map_err(|error| error.to_string())?;
+        match mutants.iter().filter(|mutant| pattern.is_match(&mutant.name)).count() {
+            0 => Err("it matches no mutant: remove it".into()),
+            count => Ok(count),
+        }
+    }
 }
 
 impl MutantTable {
-    /// The page, with what is left out of `all` mutants, and why.
+    /// The page. `exclusions` are the patterns that leave out some of `all` mutants, each with their number.
     #[must_use]
-    pub fn page(&self, exclusions: &[Exclusion], all: usize) -> String {
+    pub fn page(&self, exclusions: &[(Exclusion, usize)], all: usize) -> String {
         let mut page = String::from(
             "# Mutation of the trusted code\n\n`.ci/weekly` lets cargo-mutants change the trusted code of kernel, \
              guard and dialects, one place at a time: other\noperators, other results of functions, arms of \
@@ -55,7 +69,7 @@ impl MutantTable {
              | pattern | mutants | kind | reason |\n|---|---|---|---|",
             all - totals[0]
         );
-        for Exclusion { pattern, reason, mutants } in exclusions {
+        for (Exclusion { pattern, reason }, mutants) in exclusions {
             let pattern = pattern.replace('|', "\\|");
             let (kind, reason) = reason.split_once(": ").unwrap_or(("**no kind**", reason));
             let _ = writeln!(page, "| `{pattern}` | {mutants} | {kind} | {reason} |");
@@ -69,7 +83,7 @@ fn table_line(name: &str, cells: [usize; 6]) -> String {
     format!("| {name} | {} |\n", cells.join(" | "))
 }
 
-/// The exclusions of settings, without the numbers of their mutants.
+/// The exclusions of settings.
 #[must_use]
 pub fn exclusions(settings: &str) -> Vec<Exclusion> {
     let mut found = Vec::new();
@@ -84,12 +98,19 @@ pub fn exclusions(settings: &str) -> Vec<Exclusion> {
             }
             reason.push(comment);
         } else {
-            let pattern = line.trim_end_matches(',').trim_matches(['"', '\'']);
-            found.push(Exclusion { pattern: pattern.into(), reason: reason.join(" "), mutants: 0 });
+            found
+                .push(Exclusion { pattern: string_of(line.trim_end_matches(',')), reason: reason.join(" ") });
             after_pattern = true;
         }
     }
     found
+}
+
+/// The string that a TOML literal stands for: escapes in it are not part of the pattern. Text that is no string stays
+/// as it is.
+fn string_of(literal: &str) -> String {
+    let parsed = literal.parse::<toml::Value>();
+    parsed.ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_else(|| literal.into())
 }
 
 #[cfg(test)]
@@ -104,7 +125,7 @@ mod tests {
     fn every_exclusion_says_its_kind() {
         for part in PARTS {
             let file = workspace().join(format!("proofs/mutants/{part}.toml"));
-            for Exclusion { pattern, reason, .. } in
+            for Exclusion { pattern, reason } in
                 exclusions(&fs::read_to_string(file).expect("the settings are here"))
             {
                 let kind = reason.split(": ").next().unwrap_or_default();

@@ -7,7 +7,7 @@ use std::process::{Command, ExitCode};
 
 use keepout_planner::file::write_whole;
 use keepout_proofs::faults;
-use keepout_proofs::mutants::{self, Exclusion, ListedMutant, MutantTable};
+use keepout_proofs::mutants::{self, ListedMutant, MutantTable};
 
 /// The outcomes to keep.
 #[derive(Debug, clap::Args)]
@@ -30,24 +30,19 @@ impl KeepMutants {
             let text = std::fs::read_to_string(file).map_err(named)?;
             new.extend(mutants::of_outcomes(&text).map_err(named)?);
         }
-        let (mut listed, mut left_out, mut all) = (Vec::new(), Vec::new(), 0);
+        let (mut listed, mut all, mut left_out) = (Vec::new(), 0, Vec::new());
         for part in mutants::PARTS {
             let file = root.join(format!("proofs/mutants/{part}.toml"));
-            listed.extend(list(&root, &file, ".")?);
+            listed.extend(list(&root, &file)?);
             let settings = std::fs::read_to_string(&file)?;
-            let whole = Whole::of(&settings)?;
-            all += list(&root, &whole.0, ".")?.len();
+            let whole = list(&root, &Whole::of(&settings)?.0)?;
             for exclusion in mutants::exclusions(&settings) {
-                let mutants = list(&root, &whole.0, &exclusion.pattern)?.len();
-                if mutants == 0 {
-                    let pattern = exclusion.pattern;
-                    return Err(io::Error::other(format!(
-                        "{}: the pattern {pattern} matches no mutant: remove it",
-                        file.display()
-                    )));
-                }
-                left_out.push(Exclusion { mutants, ..exclusion });
+                let mutants = exclusion.matches(&whole).map_err(|why| {
+                    io::Error::other(format!("{}: the pattern {}: {why}", file.display(), exclusion.pattern))
+                })?;
+                left_out.push((exclusion, mutants));
             }
+            all += whole.len();
         }
         let table = MutantTable::new(&root, listed, &new)?;
         write_whole(&root.join("proofs/results/mutants.tsv"), table.text().as_bytes())?;
@@ -58,7 +53,7 @@ impl KeepMutants {
     }
 }
 
-/// A file with the settings of a part, without their exclusions.
+/// A temporary file with the settings of a part, without their exclusions.
 struct Whole(PathBuf);
 
 impl Whole {
@@ -76,19 +71,10 @@ impl Drop for Whole {
     }
 }
 
-/// The mutants that cargo-mutants makes with these settings, whose name matches `pattern`.
-fn list(root: &Path, settings: &Path, pattern: &str) -> io::Result<Vec<ListedMutant>> {
+/// The mutants that cargo-mutants makes with these settings.
+fn list(root: &Path, settings: &Path) -> io::Result<Vec<ListedMutant>> {
     let mut command = Command::new("cargo");
-    command.current_dir(root).args([
-        "mutants",
-        "--list",
-        "--json",
-        "--workspace",
-        "--re",
-        pattern,
-        "--config",
-    ]);
-    command.arg(settings);
+    command.current_dir(root).args(["mutants", "--list", "--json", "--workspace", "--config"]).arg(settings);
     let listed = command.output()?;
     if !listed.status.success() {
         let said = String::from_utf8_lossy(&listed.stderr);
