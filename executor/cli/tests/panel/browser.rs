@@ -165,7 +165,8 @@ impl Tab<'_> {
     pub fn value(&mut self, expression: &str) -> Value {
         let parameters = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
         let answer = self.send("Runtime.evaluate", &parameters);
-        assert!(answer["exceptionDetails"].is_null(), "{expression}: {}", answer["exceptionDetails"]);
+        let thrown = &answer["exceptionDetails"];
+        assert!(thrown.is_null(), "{expression}: {}\n{thrown}", self.shown());
         answer["result"]["value"].clone()
     }
 
@@ -248,7 +249,7 @@ impl Tab<'_> {
 
     /// The beginning of what the page shows.
     fn shown(&mut self) -> Value {
-        self.value("document.body.innerText.slice(0, 600)")
+        self.value("document.body?.innerText.slice(0, 600)")
     }
 
     /// Holds for so long.

@@ -242,7 +242,7 @@ pub(crate) fn contour_of_the_pocket(tab: &mut Tab<'_>) {
     tab.tap("Spindle stands");
     tab.wait("panel.state.session.spindle === true");
     // Cross to the pocket, and start there.
-    tab.tap("Cross to 4");
+    tab.taps("Cross to 4", "!panel.state.session.rests");
     tab.wait("panel.state.session.height_mm < 1.2 && panel.state.session.rests");
     tab.hold("Hold 1 s to arm", Duration::from_millis(1300));
     tab.wait("panel.state.session.armed");
@@ -255,6 +255,11 @@ pub(crate) fn contour_of_the_pocket(tab: &mut Tab<'_>) {
     }
 }
 
+/// The time that the contour still takes, s, and when it was read.
+fn time_left(tab: &mut Tab<'_>) -> (Instant, f64) {
+    (Instant::now(), tab.value("panel.state.session.left_s").as_f64().unwrap())
+}
+
 /// 6, 9 and 10: a reload within a contour shows the truth, the contour goes on, and the time left is honest.
 #[test]
 pub(crate) fn c06_reload_within_a_contour_shows_the_truth() {
@@ -262,22 +267,26 @@ pub(crate) fn c06_reload_within_a_contour_shows_the_truth() {
     let mut tab = steered.tab();
     contour_of_the_pocket(&mut tab);
     tab.wait("panel.state.session.left_s > 5");
-    let left = tab.value("panel.state.session.left_s").as_f64().unwrap();
-    let begun = Instant::now();
+    let mut before = time_left(&mut tab);
     tab.send("Page.reload", &serde_json::json!({}));
     tab.wait("globalThis.panel && panel.state && panel.state.session");
     assert_eq!(tab.value("panel.state.session.phase"), "contouring");
     assert_eq!(tab.value("panel.state.control.holder"), "mine", "it steers again");
-    std::thread::sleep(Duration::from_secs(4));
-    let now = tab.value("panel.state.session.left_s").as_f64().unwrap();
-    let gone = begun.elapsed().as_secs_f64();
-    assert!(left - now > 0.4 * gone && left - now < 2.0 * gone, "{left} s, then {now} s after {gone} s");
+    // A computer that stalls delays the simulated machine, too, but not each time.
+    let honest = (0..3).any(|_| {
+        std::thread::sleep(Duration::from_secs(4));
+        let now = time_left(&mut tab);
+        let (gone, less) = (now.0.duration_since(before.0).as_secs_f64(), before.1 - now.1);
+        before = now;
+        less > 0.4 * gone && less < 2.0 * gone
+    });
+    assert!(honest, "at last {} s were left", before.1);
     tab.wait("document.querySelector('#detail').innerText.includes('%')");
     // What is shown is what is left, under an override, too.
     let shown = "parseFloat(document.querySelector('#left').innerText.replace(/[^0-9.]/g, '')) * 60";
     let off = format!("Math.abs({shown} - panel.state.session.left_s) < 8");
     tab.wait(&off);
-    let before = tab.value("panel.state.session.left_s").as_f64().unwrap();
+    let (_, before) = time_left(&mut tab);
     tab.taps("25 %", "panel.state.session.feed_percent === 25");
     tab.wait(&format!("panel.state.session.left_s > {}", 1.8 * before));
     tab.wait(&off);
