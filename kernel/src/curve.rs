@@ -11,7 +11,7 @@ pub use crate::exact::arc::Curve;
 use crate::exact::arc::{Arc, ArcChords, ArcError, Turn};
 use crate::exact::lattice::{COORD_MAX, LatticeError, Length, Point};
 use crate::exact::ring::Piece;
-use crate::exact::segment::Segment;
+use crate::exact::segment::{Segment, distance_2};
 use crate::offset::shortest_arc;
 use crate::vec2::Vec2;
 
@@ -46,6 +46,28 @@ impl Curve {
                 arc.reversed().or_else(|_| again()).ok().map(Self::Arc)
             }
         }
+    }
+
+    /// The lattice point near `place` that divides the curve. The nearest one can lie off the circle of an arc,
+    /// measured from the arc's other end. This one is at the arc's radius from its centre, rounded down. So the parts
+    /// before and behind it are arcs about the same centre.
+    ///
+    /// # Errors
+    /// [`LatticeError`] when `place` is off the lattice.
+    pub fn dividing_point(&self, place: Vec2) -> Result<Point, LatticeError> {
+        let nearest = nearest_point(place)?;
+        let Self::Arc(arc) = self else { return Ok(nearest) };
+        let divides =
+            |point: &Point| distance_2(*point, arc.centre()).isqrt() == i64::from(arc.radius().units());
+        if divides(&nearest) {
+            return Ok(nearest);
+        }
+        // Steps of one unit change the distance by at most one, so one of these points has it.
+        let (x, y) = (i64::from(nearest.x.units()), i64::from(nearest.y.units()));
+        let near = (-2..=2).flat_map(|dx| (-2..=2).map(move |dy| Point::from_units(x + dx, y + dy)));
+        let away = |point: &Point| place.distance(Vec2::from(*point));
+        let best = near.flatten().filter(divides).min_by(|a, b| away(a).total_cmp(&away(b)));
+        Ok(best.unwrap_or(nearest))
     }
 
     /// The curve as checked chords, each within `chord_error` of it. `own` bounds the distance between this
@@ -210,6 +232,42 @@ mod tests {
                 let arc = Arc::new(at(radius + 7, 9), at(7 - radius, 9), at(7, 9), turn).unwrap();
                 let chords = Curve::Arc(arc).chord_points(Length::from_units(10).unwrap()).unwrap();
                 assert!(chords.len() > 2);
+            }
+        }
+    }
+
+    #[test]
+    fn an_arc_divides_anywhere_into_arcs_about_its_centre() {
+        let mut random = fastrand::Rng::with_seed(3);
+        let mut divided = 0;
+        while divided < 20_000 {
+            let radius = 64.0 * 8_000_000.0_f64.powf(random.f64());
+            let centre = Point::from_units(random.i64(-1000..1000), random.i64(-1000..1000)).unwrap();
+            // Ends that the lattice rounds, and a unit more, at axes and elsewhere.
+            let mut end = || {
+                let eighth = TAU / 8.0 * f64::from(random.u8(0..8));
+                let angle = eighth + [0.0, 1e-6, 0.02, 1.0][random.usize(0..4)] * (random.f64() - 0.5);
+                let far = radius + 3.0 * (random.f64() - 0.5);
+                nearest_point(Vec2::from(centre) + Vec2::new(far * libm::cos(angle), far * libm::sin(angle)))
+                    .unwrap()
+            };
+            let turn = if divided % 2 == 0 { Turn::CounterClockwise } else { Turn::Clockwise };
+            let Ok(arc) = Arc::new(end(), end(), centre, turn) else { continue };
+            divided += 1;
+            let view = ArcView::of(&arc);
+            let at = |share: f64| {
+                let place = view.at(share);
+                let point = Curve::Arc(arc).dividing_point(place).unwrap();
+                assert!(place.distance(point.into()) < 2.0, "{arc:?} at {share}");
+                point
+            };
+            let share = [random.f64(), 1e-3 * random.f64(), 1.0 - 1e-3 * random.f64()][random.usize(0..3)];
+            let points = [arc.from(), at(share * random.f64()), at(share), arc.to()];
+            for (k, from) in points.iter().enumerate() {
+                for to in points.iter().skip(k + 1).filter(|to| *to != from) {
+                    let part = Arc::new(*from, *to, centre, turn);
+                    assert!(part.is_ok(), "{arc:?} at {share}: {part:?}");
+                }
             }
         }
     }

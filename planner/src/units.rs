@@ -44,8 +44,21 @@ pub fn arc_mm(arc: &Arc) -> ArcView {
 ///
 /// # Errors
 /// [`LatticeError`] if a coordinate is not finite or beyond ±5.37 m.
-pub fn point_from_mm(Mm2 { x, y }: Mm2) -> Result<Point, LatticeError> {
-    nearest_point(Vec2::new(x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM)))
+pub fn point_from_mm(place: Mm2) -> Result<Point, LatticeError> {
+    nearest_point(in_units(place))
+}
+
+/// A place in millimetres, in lattice units.
+fn in_units(Mm2 { x, y }: Mm2) -> Vec2 {
+    Vec2::new(x * f64::from(UNITS_PER_MM), y * f64::from(UNITS_PER_MM))
+}
+
+/// The lattice point near a place in millimetres that divides a curve ([`Curve::dividing_point`]).
+///
+/// # Errors
+/// As [`point_from_mm`].
+pub fn dividing_point(curve: &Curve, place: Mm2) -> Result<Point, LatticeError> {
+    curve.dividing_point(in_units(place))
 }
 
 /// A height nearest to `z` millimetres.

@@ -2,12 +2,14 @@
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
+use std::path::Path;
 
 use keepout_kernel::{Height, Length};
 use keepout_planner::Mm2;
 use keepout_planner::contour::ContourRole;
 use keepout_planner::depth::{DepthError, DepthParameters, EntryMove, FaceChoice, FaceDepth, Relief};
 use keepout_planner::drawing::EntityFilter;
+use keepout_planner::job::contour_job;
 use keepout_planner::machine::MachineProfile;
 use keepout_planner::plan::{CertifiedPlan, Plan, PlanError, PlanParameters};
 use keepout_planner::plan_file;
@@ -239,4 +241,27 @@ fn a_later_pass_with_the_same_path_keeps_its_own_promise() {
         tried += 1;
     }
     assert!(tried > 2, "{tried}");
+}
+
+/// A joint of a ramp beside the end of an arc was rounded off its circle. Then the job left the hole out.
+#[test]
+fn a_turned_cover_is_cut_whole_from_anywhere() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../executor/cli/drawings/cover.dxf");
+    let (cover, machine) = (std::fs::read(path).unwrap(), MachineProfile::simulated_three_axes());
+    let pocket = FaceDepth { of: FaceChoice::Layer("POCKET".into()), depth_mm: Some(2.0) };
+    let depth = DepthParameters { faces: vec![pocket], step_down_mm: Some(2.0), ..DepthParameters::of(5.0) };
+    let mut random = fastrand::Rng::with_seed(8);
+    for turned_deg in [0.0, 0.596_971_1, 30.0 * random.f64(), -30.0 * random.f64()] {
+        let choice = EntityFilter { placed: Some((turned_deg, Mm2::ZERO)), ..EntityFilter::default() };
+        let job = PlanParameters { depth: Some(depth.clone()), ..PlanParameters::default() };
+        let request = PlanRequest { choice, job, ..PlanRequest::default() };
+        let plan = request.plan("cover", &cover, &machine, &mut |_| {}).unwrap();
+        let within = plan.part.region().bounds().grown(Length::from_units(6_000_000).unwrap());
+        for _ in 0..200 {
+            let from = point_from_mm(Mm2::new(100.0 * random.f64(), 60.0 * random.f64())).unwrap();
+            let from = from.at_height(plan.plan.relief.as_ref().unwrap().safe);
+            let job = contour_job(&plan, from, within).unwrap();
+            assert!(job.unreached.is_empty(), "turned by {turned_deg} degrees, from {from}");
+        }
+    }
 }

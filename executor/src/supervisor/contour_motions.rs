@@ -3,10 +3,10 @@
 use std::f64::consts::FRAC_PI_2;
 
 use keepout_guard::{ContourMotion, Interpolation};
-use keepout_kernel::curve::{fit_arc, nearest_unit};
-use keepout_kernel::{Arc, Curve, Height, Length, Place, Point, Segment, UNITS_PER_MM, Vec2};
+use keepout_kernel::curve::nearest_unit;
+use keepout_kernel::{Arc, Curve, Height, Length, Place, Point, Segment, UNITS_PER_MM};
 use keepout_planner::Mm2;
-use keepout_planner::units::{arc_mm, length_up_from_mm, mm, point_from_mm};
+use keepout_planner::units::{arc_mm, dividing_point, length_up_from_mm, mm, point_from_mm};
 
 use super::Supervisor;
 use super::contouring::NoContour;
@@ -194,11 +194,9 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, NoContour> {
     let mut pieces = Vec::new();
     let (mut from, mut k) = (arc.from(), 1.0);
     while k <= count {
-        let to = if k + 0.5 > count { arc.to() } else { point_from_mm(view.at(k / count).into())? };
-        // The joints are rounded to the lattice. If rounding puts a joint off the circle, a centre one unit
-        // away fits.
-        let again = || fit_arc(from, to, Vec2::from(arc.centre()), arc.turn());
-        pieces.push(Arc::new(from, to, arc.centre(), arc.turn()).or_else(|_| again())?);
+        let joint = || dividing_point(&Curve::Arc(*arc), view.at(k / count).into());
+        let to = if k + 0.5 > count { arc.to() } else { joint()? };
+        pieces.push(Arc::new(from, to, arc.centre(), arc.turn())?);
         (from, k) = (to, k + 1.0);
     }
     Ok(pieces)
@@ -257,8 +255,8 @@ const CHORD_LEAST: Length = Length::small(10);
 
 #[cfg(test)]
 mod tests {
-    use keepout_kernel::Turn;
-    use keepout_kernel::curve::sweep;
+    use keepout_kernel::curve::{fit_arc, sweep};
+    use keepout_kernel::{Turn, Vec2};
 
     use super::*;
 
@@ -276,7 +274,8 @@ mod tests {
             let sign = if turn == Turn::CounterClockwise { 1.0 } else { -1.0 };
             let ends = (at(begin), at(begin + sign * turns));
             let Ok(arc) = fit_arc(ends.0, ends.1, Vec2::new(0.0, 0.0), turn) else { continue };
-            let pieces = quarters(&arc, f64::INFINITY).unwrap();
+            let longest = if random.bool() { f64::INFINITY } else { 0.05 * 40.0_f64.powf(random.f64()) };
+            let pieces = quarters(&arc, longest).unwrap();
             assert!(pieces.first().unwrap().from() == ends.0 && pieces.last().unwrap().to() == ends.1);
             assert!(pieces.windows(2).all(|pair| pair[0].to() == pair[1].from()));
             let longest = pieces.iter().map(sweep).fold(0.0, f64::max);

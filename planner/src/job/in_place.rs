@@ -6,7 +6,7 @@ use keepout_kernel::{Curve, Point, Segment};
 use super::progress::{SNAP_MM, nearest_share};
 use super::track::{between, length_mm};
 use crate::plan::CertifiedPlan;
-use crate::units::{along_mm, point_from_mm};
+use crate::units::{along_mm, dividing_point, point_from_mm};
 
 /// Curves that are at most this much farther from the tool than the nearest curve count as equally near,
 /// mm.
@@ -50,7 +50,7 @@ fn onto(curve: &Curve, share: f64, from: Point, ahead_mm: f64) -> Option<Vec<Cur
     if matches!(curve, Curve::Line(_)) || ahead >= 1.0 {
         return Some(line(curve.to()).into_iter().collect());
     }
-    let joint = point_from_mm(along_mm(curve, ahead).0).ok()?;
+    let joint = dividing_point(curve, along_mm(curve, ahead).0).ok()?;
     let remainder = between(curve, joint, curve.to())?;
     Some(line(joint).into_iter().chain(remainder).collect())
 }

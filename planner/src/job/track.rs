@@ -6,7 +6,7 @@ use keepout_kernel::{Curve, Point, Segment, Turn, UNITS_PER_MM};
 use crate::Mm2;
 use crate::finish::FinishingLoop;
 use crate::plan::Cut;
-use crate::units::{along_mm, arc_mm, point_from_mm, point_mm};
+use crate::units::{along_mm, arc_mm, dividing_point, point_from_mm, point_mm};
 
 /// Least length that is split off a curve, lattice units (10 µm).
 const SHORT: i32 = 1000;
@@ -125,8 +125,8 @@ impl Track {
 
     /// Joint for an entry: the place itself, or the end of the curve when that is near.
     pub fn joint(&self, entry: Entry) -> Option<Joint> {
-        let point = point_from_mm(entry.at).ok()?;
         let curve = &self.curves[entry.index];
+        let point = dividing_point(curve, entry.at).ok()?;
         let close = |end: Point| {
             let d = end.minus(point);
             d.dx.abs() <= SHORT && d.dy.abs() <= SHORT
@@ -169,7 +169,7 @@ impl Track {
             return Some(Joint { entry: self.on(index, 1.0), point: curve.to() });
         }
         let entry = self.on(index, on_mm / length);
-        Some(Joint { entry, point: point_from_mm(entry.at).ok()? })
+        Some(Joint { entry, point: dividing_point(curve, entry.at).ok()? })
     }
 
     /// The curves from one place to another in the direction of travel. They go once around when `to` is
