@@ -194,8 +194,8 @@ fn quarters(arc: &Arc, longest: f64) -> Result<Vec<Arc>, NoContour> {
     let mut pieces = Vec::new();
     let (mut from, mut k) = (arc.from(), 1.0);
     while k <= count {
-        let joint = || dividing_point(&Curve::Arc(*arc), view.at(k / count).into());
-        let to = if k + 0.5 > count { arc.to() } else { joint()? };
+        let place = view.at(k / count).into();
+        let to = if k + 0.5 > count { arc.to() } else { dividing_point(&Curve::Arc(*arc), place)? };
         pieces.push(Arc::new(from, to, arc.centre(), arc.turn())?);
         (from, k) = (to, k + 1.0);
     }
