@@ -121,6 +121,8 @@ impl RawMode {
         terminal::enable_raw_mode()?;
         RAW.store(true, Ordering::SeqCst);
         let mut mode = Self { releases: false };
+        // The library takes the terminal at its first use. If the terminal closed before, the query never returns.
+        crossterm::event::poll(Duration::ZERO)?;
         // Only a terminal answers this query. In a file or a pipe, the query would appear in the output.
         if stdout().is_terminal() && terminal::supports_keyboard_enhancement().unwrap_or(false) {
             let flags = KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
