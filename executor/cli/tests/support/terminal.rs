@@ -19,15 +19,15 @@ pub struct Terminal {
 impl Terminal {
     /// Runs the program. With the folder of its stored machines and tools, the terminal also shows its error output.
     pub fn run(arguments: &[&str], stored: Option<&str>) -> Self {
-        let (mut keys, device) = TTYPort::pair().unwrap();
+        let (own, device) = TTYPort::pair().unwrap();
+        // No program may inherit this end of the terminal: it would keep its own terminal open.
+        let mut keys = own.try_clone_native().unwrap();
+        drop(own);
         keys.set_timeout(Duration::from_millis(10)).unwrap();
         let name = device.name().unwrap();
         drop(device);
         let end = || OpenOptions::new().read(true).write(true).open(&name).unwrap();
-        // The program must not inherit this end of the terminal: it would keep its own terminal open.
-        let closed = "for fd in 3 4 5 6 7 8 9; do eval \"exec $fd>&-\"; done; exec \"$@\"";
-        let child = Command::new("sh")
-            .args(["-c", closed, "sh", env!("CARGO_BIN_EXE_keepout")])
+        let child = Command::new(env!("CARGO_BIN_EXE_keepout"))
             .args(arguments)
             .envs(stored.map(|folder| ("KEEPOUT_CONFIG", folder)))
             .stdin(end())
