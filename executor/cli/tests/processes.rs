@@ -7,7 +7,7 @@ mod machine_of_test;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use keepout_executor::session::LoggedEvent;
 use keepout_executor::session::log::Log;
@@ -381,7 +381,9 @@ fn signals_end_a_session_in_order() {
             arguments.extend(["--port", &port, "--simulate", "--yes", "--home", "--origin-mm", "-130,-110"]);
         }
         let child = Command::new(PROGRAM).args(arguments).stdout(Stdio::null()).spawn().unwrap();
+        let begun = Instant::now();
         while !Path::new(&path).exists() {
+            assert!(begun.elapsed() < Duration::from_secs(60), "{round}: the program begins no log");
             std::thread::sleep(Duration::from_millis(5));
         }
         std::thread::sleep(Duration::from_secs_f64(0.1 + 5.0 * random.f64()));

@@ -26,17 +26,19 @@ fn jog_to(tab: &mut Tab<'_>, to: Mm2) {
     }
 }
 
-/// Pushes the pad until the tool is near a place, or stands: a page that let go takes the finger only when it comes
-/// down again.
+/// Pushes the pad until the tool is near a place, has passed it, or stands. On a slow page the finger answers late, and
+/// would lead the tool round the place for ever. A page that let go takes the finger only when it comes down again.
 fn push_towards(tab: &mut Tab<'_>, to: Mm2, slow_within_mm: f64) {
     let centre = tab.place("#pad");
     let radius = tab.value("document.querySelector('#pad').clientWidth / 2").as_f64().unwrap();
     tab.push(Mm2::ZERO);
     let mut moved = (tool(tab), Instant::now());
+    let mut nearest = f64::INFINITY;
     while moved.1.elapsed() < Duration::from_secs(2) {
         let at = tool(tab);
         let (way, length) = (to - at, at.distance(to));
-        if length < 0.6 {
+        nearest = nearest.min(length);
+        if length < 0.6 || length > nearest + 2.0 {
             break;
         }
         if at != moved.0 {

@@ -14,7 +14,7 @@ mod sight;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use keepout_planner::machine::{ContourErrorSource, MachineProfile};
 
@@ -83,7 +83,9 @@ impl BenchMill {
             "port = \"{port}\"\ndialect = \"grbl\"\nbaud = 115200\noperator = \"keyboard\"\n\n[profile]\n{profile}"
         );
         std::fs::write(machines.join("bench.toml"), stored).unwrap();
+        let begun = Instant::now();
         while !link.exists() {
+            assert!(begun.elapsed() < Duration::from_secs(20), "the simulated machine does not start");
             std::thread::sleep(Duration::from_millis(20));
         }
         Self(process)
